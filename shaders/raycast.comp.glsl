@@ -1,0 +1,84 @@
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// One ray a pixel through the volume, into a picture of display colours.
+
+#include "volume.glsl"
+
+layout(local_size_x = k_group_edge, local_size_y = k_group_edge) in;
+
+layout(constant_id = 0) const int k_mode = k_mode_composite;
+layout(constant_id = 1) const bool k_shading = true;
+
+layout(set = 0, binding = 4, rgba8) writeonly uniform image2D picture;
+
+vec3 composite(Walk walk) {
+  vec3 color = vec3(0.0);
+  float opacity = 0.0;
+  for (int n = 0; n <= walk.last;) {
+    vec3 position = position_at(walk, float(n));
+    if (k_skip_empty) {
+      ivec3 block = block_of(position);
+      if (!is_visible(block)) {
+        n = beyond_block(walk, n, position, block);
+        continue;
+      }
+    }
+    vec4 sampled = transfer_at(value_at(position));
+    if (sampled.a > 0.0) {
+      if (k_shading) sampled.rgb *= brightness(gradient_at(position), walk.direction);
+      float part = sampled.a * (1.0 - opacity);
+      color += sampled.rgb * part;
+      opacity += part;
+      if (opacity > k_opaque) break;
+    }
+    ++n;
+  }
+  return color + (1.0 - opacity) * constants.background.rgb;
+}
+
+vec3 iso_surface(Walk walk) {
+  float n;
+  if (!first_hit(walk, n)) return constants.background.rgb;
+  vec3 color = transfer_at(constants.background.w).rgb;
+  if (k_shading) color *= brightness(gradient_at(position_at(walk, n)), walk.direction);
+  return color;
+}
+
+// From the background's colour (the transfer function's lowest value) to white (its highest).
+vec3 highest_value(Walk walk) {
+  float highest = constants.transfer.x;
+  for (int n = 0; n <= walk.last;) {
+    vec3 position = position_at(walk, float(n));
+    if (k_skip_empty) {
+      ivec3 block = block_of(position);
+      if (!is_visible(block)) {
+        n = beyond_block(walk, n, position, block);
+        continue;
+      }
+    }
+    highest = max(highest, value_at(position));
+    ++n;
+  }
+  float part = (highest - constants.transfer.x) * constants.transfer.y / float(k_transfer_entries - 1);
+  return mix(constants.background.rgb, vec3(1.0), clamp(part, 0.0, 1.0));
+}
+
+void main() {
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(pixel, imageSize(picture)))) return;
+  vec2 at = vec2(pixel) + 0.5;
+  vec3 toward = constants.corner.xyz + at.x * constants.across.xyz + at.y * constants.along.xyz;
+  Walk walk = walk_along(constants.eye.xyz, toward);
+  vec3 color = constants.background.rgb;
+  if (walk.last >= 0) {
+    if (k_mode == k_mode_iso) {
+      color = iso_surface(walk);
+    } else if (k_mode == k_mode_mip) {
+      color = highest_value(walk);
+    } else {
+      color = composite(walk);
+    }
+  }
+  imageStore(picture, pixel, vec4(color, 1.0));
+}

@@ -1,0 +1,136 @@
+// What both passes do with the volume: sample it, skip it, walk along a ray through it.
+//
+// Positions are in voxel space: sample (i,j,k) sits at its integer point, the volume reaches half a
+// voxel beyond its border samples (so a single slice is something to look at).
+
+#include "shared/pass_constants.h"
+
+layout(set = 0, binding = 0, std140) uniform Constants { PassConstants constants; };
+layout(set = 0, binding = 1) uniform sampler3D volume;
+layout(set = 0, binding = 2, std430) readonly buffer Visible { uint visible_blocks[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Transfer { vec4 transfer_table[]; };
+
+// Off, every sample is taken: same pixels, for tests and measuring.
+layout(constant_id = 2) const bool k_skip_empty = true;
+
+// Sample n of a ray lies at entry + n * step * direction, n = 0 .. last. The index is one for the
+// whole ray, so skipping never moves a sample.
+struct Walk {
+  vec3 entry;
+  vec3 direction;  // unit
+  vec3 inverse;    // of direction, never infinite
+  int last;        // -1: the ray misses the volume
+};
+
+Walk walk_along(vec3 origin, vec3 toward) {
+  Walk walk;
+  walk.direction = normalize(toward);
+  vec3 divisor = mix(walk.direction, vec3(1e-8), lessThan(abs(walk.direction), vec3(1e-8)));
+  walk.inverse = 1.0 / divisor;
+  vec3 low = (vec3(-0.5) - origin) * walk.inverse;
+  vec3 high = (vec3(constants.volume_size.xyz) - 0.5 - origin) * walk.inverse;
+  vec3 enter = min(low, high);
+  vec3 leave = max(low, high);
+  float first = max(max(enter.x, enter.y), max(enter.z, 0.0));
+  float end = min(min(leave.x, leave.y), leave.z);
+  walk.entry = origin + walk.direction * first;
+  walk.last = end < first ? -1 : int(floor((end - first) / constants.eye.w));
+  return walk;
+}
+
+vec3 position_at(Walk walk, float n) {
+  precise vec3 position = walk.entry + walk.direction * (n * constants.eye.w);
+  return position;
+}
+
+float value_at(vec3 position) {
+  return textureLod(volume, (position + 0.5) / vec3(constants.volume_size.xyz), 0.0).r;
+}
+
+vec3 gradient_at(vec3 position) {
+  return 0.5 * vec3(value_at(position + vec3(1, 0, 0)) - value_at(position - vec3(1, 0, 0)),
+                    value_at(position + vec3(0, 1, 0)) - value_at(position - vec3(0, 1, 0)),
+                    value_at(position + vec3(0, 0, 1)) - value_at(position - vec3(0, 0, 1)));
+}
+
+ivec3 block_of(vec3 position) {
+  return clamp(ivec3(floor(position / float(k_block_edge))), ivec3(0),
+               constants.block_count.xyz - 1);
+}
+
+bool is_visible(ivec3 block) {
+  int index = (block.z * constants.block_count.y + block.y) * constants.block_count.x + block.x;
+  return ((visible_blocks[index >> 2] >> ((index & 3) * 8)) & 0xffu) != 0u;
+}
+
+// From sample n in this block to the first sample that may lie in another one.
+int beyond_block(Walk walk, int n, vec3 position, ivec3 block) {
+  vec3 wall = vec3(block + ivec3(greaterThan(walk.inverse, vec3(0.0)))) * float(k_block_edge);
+  // The border blocks reach half a voxel further out than their walls; there the distance comes out
+  // negative and the walk goes on by single samples.
+  vec3 distance = (wall - position) * walk.inverse - k_wall_margin * abs(walk.inverse);
+  float shortest = min(min(distance.x, distance.y), distance.z);
+  return n + max(1, int(floor(min(shortest / constants.eye.w, 1e6))) + 1);
+}
+
+// r, g, b and the opacity of one step.
+vec4 transfer_at(float value) {
+  float at = (value - constants.transfer.x) * constants.transfer.y;
+  // Written so that a NaN lands at 0.
+  at = at > 0.0 ? min(at, float(k_transfer_entries - 1)) : 0.0;
+  int entry = min(int(at), k_transfer_entries - 2);
+  return mix(transfer_table[entry], transfer_table[entry + 1], at - float(entry));
+}
+
+float squared_length(vec4 diagonal, vec4 mixed, vec3 v) {
+  return dot(diagonal.xyz, v * v) + 2.0 * dot(mixed.xyz, v.yzx * v.zxy);
+}
+
+// Headlight: how bright is what has this gradient, seen along this direction? Surfaces are lit from
+// both sides. With n the world gradient and d the world direction, n.d is the same product in voxel
+// space, because one transforms by the inverse transpose.
+float brightness(vec3 gradient, vec3 direction) {
+  float gradient_length =
+      squared_length(constants.gradient_diagonal, constants.gradient_mixed, gradient);
+  float direction_length =
+      squared_length(constants.length_diagonal, constants.length_mixed, direction);
+  float cosine = abs(dot(gradient, direction)) *
+                 inversesqrt(max(gradient_length * direction_length, 1e-30));
+  float steepness = dot(gradient, gradient);
+  float weight = steepness / (steepness + max(constants.transfer.z, 1e-30));
+  return mix(1.0, k_ambient + (1.0 - k_ambient) * min(cosine, 1.0), weight);
+}
+
+// The first sample that is at least the iso value, moved back to where the surface is. n_out counts
+// in samples.
+bool first_hit(Walk walk, out float n_out) {
+  float iso = constants.background.w;
+  for (int n = 0; n <= walk.last;) {
+    vec3 position = position_at(walk, float(n));
+    if (k_skip_empty) {
+      ivec3 block = block_of(position);
+      if (!is_visible(block)) {
+        n = beyond_block(walk, n, position, block);
+        continue;
+      }
+    }
+    if (value_at(position) >= iso) {
+      // Bisection, not a secant: the value along the ray is no line between samples.
+      float outside = float(max(n - 1, 0));
+      float inside = float(n);
+      for (int i = 0; i < k_refinements; ++i) {
+        float middle = 0.5 * (outside + inside);
+        if (value_at(position_at(walk, middle)) >= iso) {
+          inside = middle;
+        } else {
+          outside = middle;
+        }
+      }
+      n_out = inside;
+      return true;
+    }
+    ++n;
+  }
+  n_out = 0.0;
+  return false;
+}

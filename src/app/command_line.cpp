@@ -1,0 +1,236 @@
+#include "app/command_line.h"
+
+#include <charconv>
+#include <cstdio>
+#include <map>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "app/commands.h"
+#include "app/document.h"
+#include "core/trace.h"
+#include "volume/phantom.h"
+
+namespace maille {
+namespace {
+
+// "512x512x333" -> three numbers; nullopt unless there are exactly `count`, each 1 .. highest.
+std::optional<std::vector<int>> numbers_between_x(std::string_view text, std::size_t count,
+                                                  int highest) {
+  std::vector<int> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    int number = 0;
+    const auto [next, error] = std::from_chars(at, end, number);
+    if (error != std::errc() || number < 1 || number > highest) return std::nullopt;
+    numbers.push_back(number);
+    if (next == end) break;
+    if (*next != 'x') return std::nullopt;
+    at = next + 1;
+  }
+  if (numbers.size() != count) return std::nullopt;
+  return numbers;
+}
+
+void add_picture_size(CLI::App& command, PictureSize& size) {
+  command
+      .add_option_function<std::string>(
+          "--size",
+          [&size](const std::string& text) {
+            const auto numbers = numbers_between_x(text, 2, 16384);
+            if (!numbers) throw CLI::ValidationError("--size", "expected WxH, got " + text);
+            size = {(*numbers)[0], (*numbers)[1]};
+          },
+          "Width and height of the picture in pixels (default 512x512)")
+      ->type_name("WxH");
+}
+
+void add_global_options(CLI::App& app, GlobalOptions& global) {
+  static const std::map<std::string, gpu::Store> kStores = {{"auto", gpu::Store::automatic},
+                                                            {"sparse", gpu::Store::sparse},
+                                                            {"dense", gpu::Store::dense}};
+  app.add_option("--device", global.device,
+                 "Vulkan device: its number in --list-devices or a part of its name");
+  app.add_option("--volume-store", global.store,
+                 "auto: sparse images on GPUs that have them, one dense image elsewhere")
+      ->transform(CLI::CheckedTransformer(kStores).description(""))
+      ->type_name("auto|sparse|dense");
+  app.add_option("--threads", global.threads, "Worker threads (default: one a hardware thread)")
+      ->check(CLI::Range(1, 1024).description(""))
+      ->type_name("N");
+  app.add_option("--seed", global.seed, "Seed of formula volumes that name none (default 1)")
+      ->type_name("N");
+  app.add_flag("--deterministic", global.deterministic,
+               "Time decides nothing: a relaxation ends when it has converged or after " +
+                   std::to_string(kDeterministicIterations) +
+                   " iterations, whatever at_most_seconds says; the same input gives the same "
+                   "bits for any number of threads");
+  app.add_flag("--quiet", global.quiet, "Say only what went wrong");
+  app.add_flag("--verbose", global.verbose, "Say on stderr what is used and what is left out");
+}
+
+struct Words {
+  GlobalOptions global;
+  RenderOptions render;
+  DeformOptions deform;
+  PickOptions pick;
+  InfoOptions info;
+  PhantomOptions phantom;
+  DemoOptions demo;
+  WindowCommandOptions window;
+  bool list_devices = false;
+};
+
+constexpr const char* kInput =
+    "A volume (.nrrd, .nhdr, .mha, .mhd, NAME_XxYxZ_TYPE.raw) or a scene "
+    "(.json)";
+
+void add_render(CLI::App& app, RenderOptions& o) {
+  auto& command = *app.add_subcommand("render", "Play a scene and write the picture of its end");
+  command.add_option("INPUT", o.input, kInput)->required();
+  command.add_option("-o,--output", o.output, "The picture, PNG")->required()->type_name("FILE");
+  add_picture_size(command, o.size);
+  command.add_option("--frames", o.frames, "Write a picture a step into this folder too")
+      ->type_name("DIR");
+  command.add_option("--stats", o.stats, "Write what it took, as JSON")->type_name("FILE");
+  command.add_option("--trace", o.trace, "Write a Chrome trace of it, as JSON")->type_name("FILE");
+}
+
+void add_deform(CLI::App& app, DeformOptions& o) {
+  auto& command =
+      *app.add_subcommand("deform", "Play a scene and write the deformed volume; needs no Vulkan");
+  command.add_option("INPUT", o.input, kInput)->required();
+  command.add_option("-o,--output", o.output, "The volume, .nrrd or .mha")
+      ->required()
+      ->type_name("FILE");
+  command
+      .add_option("--field", o.field,
+                  "Write the displacement in mm from each voxel of the output to where its value "
+                  "came from in the input: x_in = x_out + field(x_out)")
+      ->type_name("FILE");
+  command
+      .add_option("--forward-field", o.forward_field,
+                  "Write the displacement in mm of each voxel of the input")
+      ->type_name("FILE");
+  command.add_option("--stats", o.stats, "Write what it took, as JSON")->type_name("FILE");
+  command.add_option("--trace", o.trace, "Write a Chrome trace of it, as JSON")->type_name("FILE");
+}
+
+void add_pick(CLI::App& app, PickOptions& o) {
+  auto& command = *app.add_subcommand(
+      "pick", "Play a scene and print what is seen at a pixel, as JSON; null for nothing");
+  command.add_option("INPUT", o.input, kInput)->required();
+  command.add_option("X", o.pixel.x, "Pixels from the left")->required();
+  command.add_option("Y", o.pixel.y, "Pixels from the top")->required();
+  add_picture_size(command, o.size);
+}
+
+void add_info(CLI::App& app, InfoOptions& o) {
+  auto& command = *app.add_subcommand("info", "Print what a volume file holds");
+  command.add_option("FILE", o.file, "A volume")->required();
+  command.add_flag("--json", o.json, "As JSON, histogram included");
+}
+
+void add_phantom(CLI::App& app, PhantomOptions& o) {
+  std::string names;
+  for (const auto name : phantom_names()) names += (names.empty() ? "" : ", ") + std::string(name);
+  auto& command = *app.add_subcommand("phantom", "Write a volume made from a formula");
+  command.add_option("NAME", o.name, names)->required();
+  command
+      .add_option_function<std::string>(
+          "--size",
+          [&o](const std::string& text) {
+            const auto numbers = numbers_between_x(text, 3, 65536);
+            if (!numbers) throw CLI::ValidationError("--size", "expected XxYxZ, got " + text);
+            o.size = {(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+          },
+          "Voxels along each axis")
+      ->required()
+      ->type_name("XxYxZ");
+  command.add_option("-o,--output", o.output, "The volume, .nrrd or .mha")
+      ->required()
+      ->type_name("FILE");
+}
+
+void add_demo(CLI::App& app, DemoOptions& o) {
+  auto& command = *app.add_subcommand(
+      "demo", "Pull the nose of a head and write pictures of it: what to run first");
+  command.add_option("INPUT", o.input, "A volume or a scene; without one, a built-in head");
+  command.add_option("-o,--output", o.output, "Folder for the pictures (default out/demo)")
+      ->type_name("DIR");
+  add_picture_size(command, o.size);
+}
+
+int say(const Error& error) {
+  std::fprintf(stderr, "maille: error: %s\n", error.message.c_str());
+  return static_cast<int>(error.kind);
+}
+
+Result<void> run(const CLI::App& app, const Words& words) {
+  if (words.list_devices) return list_devices();
+  const auto commands = app.get_subcommands();
+  if (commands.empty()) return run_window_command(words.window, words.global);
+  const auto name = commands[0]->get_name();
+  if (!words.window.input.empty()) {
+    // A command's surplus word ends up at the program's own positional.
+    return Error{ErrorKind::usage, name + ": one word too many: " + words.window.input.string()};
+  }
+  if (!words.render.trace.empty() || !words.deform.trace.empty()) trace::start();
+  if (name == "render") return run_render(words.render, words.global);
+  if (name == "deform") return run_deform(words.deform, words.global);
+  if (name == "pick") return run_pick(words.pick, words.global);
+  if (name == "info") return run_info(words.info, words.global);
+  if (name == "phantom") return run_phantom(words.phantom, words.global);
+  return run_demo(words.demo, words.global);
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv) try {
+  Words words;
+  CLI::App app("Maille: drag, stretch and ray cast large scan volumes, voxel by voxel.", "maille");
+  app.set_version_flag("--version", std::string("maille ") + MAILLE_VERSION);
+  app.add_flag("--list-devices", words.list_devices, "Print the Vulkan devices of this machine");
+  app.add_option("INPUT", words.window.input,
+                 "Opened in a window: a volume or a scene; without one, a built-in head");
+  add_global_options(app, words.global);
+  app.require_subcommand(0, 1);
+  app.fallthrough();
+  add_render(app, words.render);
+  add_deform(app, words.deform);
+  add_pick(app, words.pick);
+  add_info(app, words.info);
+  add_phantom(app, words.phantom);
+  add_demo(app, words.demo);
+  app.footer(
+      "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 bad input, 4 no usable "
+      "device or device lost, 5 out of memory, 6 file system error.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    const auto chosen = app.get_subcommands();
+    const auto command = "maille" + (chosen.empty() ? "" : " " + chosen[0]->get_name());
+    return say({ErrorKind::usage, std::string(error.what()) + " (" + command + " --help)"});
+  }
+  if (const auto done = run(app, words); !done) return say(done.error());
+  if (std::fflush(stdout) != 0) {
+    return say({ErrorKind::file_system, "standard output could not be written"});
+  }
+  return 0;
+} catch (const std::bad_alloc&) {
+  return say({ErrorKind::out_of_memory, "out of memory"});
+} catch (const std::length_error&) {
+  return say({ErrorKind::out_of_memory, "out of memory"});
+} catch (const std::exception& error) {
+  return say({ErrorKind::failed, error.what()});
+}
+
+}  // namespace maille

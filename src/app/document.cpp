@@ -1,0 +1,295 @@
+#include "app/document.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "app/field.h"
+#include "core/trace.h"
+#include "volume/phantom.h"
+#include "volume/volume_file.h"
+
+namespace maille {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string text_of(Size3 size) {
+  return std::to_string(size.x) + "x" + std::to_string(size.y) + "x" + std::to_string(size.z);
+}
+
+std::string in_file(const Scene& scene, const std::string& message) {
+  return scene.file.empty() ? message : scene.file.string() + ": " + message;
+}
+
+std::string_view name_of(ResampleMethod method) {
+  return method == ResampleMethod::nearest ? "nearest" : "linear";
+}
+
+}  // namespace
+
+Error in_action(const Scene& scene, std::size_t index, const Error& error) {
+  const auto place = "actions[" + std::to_string(index) + "]." +
+                     std::string(name_of(scene.actions[index])) + ": " + error.message;
+  if (error.kind != ErrorKind::usage) return error;
+  return {ErrorKind::bad_input, in_file(scene, place)};
+}
+
+Result<LoadedVolume> load_volume(const Scene& scene, std::uint64_t seed) {
+  const trace::Span span("load");
+  const auto start = Clock::now();
+  if (const auto* const file = std::get_if<std::filesystem::path>(&scene.volume)) {
+    auto volume = read_volume(*file);
+    if (!volume) return volume.error();
+    return LoadedVolume{*std::move(volume), seconds_since(start), std::nullopt};
+  }
+  const auto& phantom = std::get<PhantomSource>(scene.volume);
+  auto volume = make_phantom(phantom.name, phantom.size, phantom.seed.value_or(seed));
+  if (!volume) {
+    return Error{ErrorKind::bad_input, in_file(scene, "volume: " + volume.error().message)};
+  }
+  return LoadedVolume{*std::move(volume), seconds_since(start), std::nullopt};
+}
+
+Document::Document(Scene scene, LoadedVolume loaded, const DocumentOptions& options)
+    : scene_(std::move(scene)),
+      options_(options),
+      plan_(plan_of(scene_, options.purpose)),
+      pool_(options.threads),
+      volume_(std::move(loaded.volume)),
+      range_(std::move(loaded.range)) {
+  statistics_.command = options.command;
+  statistics_.machine.threads = pool_.thread_count();
+  statistics_.left_out = plan_.left_out();
+  auto& s = statistics_.volume;
+  s.load_seconds = loaded.seconds;
+  s.size = volume_.size();
+  s.type = maille::name_of(volume_.type());
+  s.bytes = static_cast<std::int64_t>(volume_.bytes().size());
+}
+
+Result<std::unique_ptr<Document>> Document::open(Scene scene, LoadedVolume loaded,
+                                                 const DocumentOptions& options) {
+  std::unique_ptr<Document> document(new Document(std::move(scene), std::move(loaded), options));
+  if (auto checked = document->check_drags(); !checked) return checked.error();
+  if (document->plan_.chainmail) {
+    document->statistics_.chainmail.emplace();
+    document->deformer_.emplace(document->volume(), document->material_table(),
+                                document->scene_.anchors);
+    document->shown_ = Lattice(document->volume().size());
+  }
+  if (document->plan_.relaxation) document->statistics_.relaxation.emplace();
+  if (document->plan_.resampling) {
+    document->statistics_.resample.emplace().method = name_of(document->scene_.resampling);
+  }
+  return document;
+}
+
+Result<void> Document::check_drags() const {
+  const auto refuse = [&](std::size_t action, const std::string& message) {
+    return Error{ErrorKind::bad_input,
+                 in_file(scene_, "actions[" + std::to_string(action) + "].drag.from." + message)};
+  };
+  for (std::size_t i = 0; i < scene_.actions.size(); ++i) {
+    const auto* const drag = std::get_if<DragAction>(&scene_.actions[i]);
+    if (drag == nullptr) continue;
+    const auto* const from = std::get_if<FromVoxel>(&drag->from);
+    if (from == nullptr) {
+      if (plan_.vulkan) continue;
+      return refuse(i, "pixel: maille " + options_.command +
+                           " draws no picture to pick from; expected \"voxel\"");
+    }
+    const auto inside = glm::all(glm::greaterThanEqual(from->voxel, glm::dvec3(-0.5))) &&
+                        glm::all(glm::lessThanEqual(from->voxel, glm::dvec3(volume_.size()) - 0.5));
+    if (!inside) {
+      return refuse(i, "voxel: expected a voxel inside the volume of " + text_of(volume_.size()) +
+                           ", got one outside");
+    }
+  }
+  return {};
+}
+
+const VolumeStatistics& Document::range() {
+  if (!range_) {
+    const trace::Span span("value range");
+    const auto start = Clock::now();
+    range_ = statistics_of(volume_, 1);
+    statistics_.volume.analyse_seconds += seconds_since(start);
+  }
+  return *range_;
+}
+
+bool looks_like_hounsfield(const Volume& volume, const VolumeStatistics& range) {
+  const bool is_signed = volume.type() == VoxelType::int16 || volume.type() == VoxelType::float32;
+  return is_signed && range.lowest <= -500.0;
+}
+
+MaterialTable Document::material_table() {
+  if (const auto* const table = std::get_if<MaterialTable>(&scene_.materials)) return *table;
+  auto preset = std::get<MaterialPreset>(scene_.materials);
+  if (preset == MaterialPreset::automatic) {
+    preset =
+        looks_like_hounsfield(volume_, range()) ? MaterialPreset::ct : MaterialPreset::relative;
+  }
+  if (preset == MaterialPreset::ct) return MaterialTable::ct();
+  return MaterialTable::relative(range().lowest, range().highest);
+}
+
+Result<TransferFunction> Document::transfer_function() {
+  if (const auto* const own = std::get_if<TransferFunction>(&scene_.transfer_function)) return *own;
+  auto name = std::get<TransferPreset>(scene_.transfer_function).name;
+  if (name.empty()) name = looks_like_hounsfield(volume_, range()) ? "ct-skin" : "relative";
+  if (name != "relative") return TransferFunction::preset(name, 0.0, 0.0);
+  return TransferFunction::preset(name, range().lowest, range().highest);
+}
+
+ViewUpdate Document::take_view() {
+  ViewUpdate update;
+  if (!plan_.resampling) return update;
+  const trace::Span span("prepare view");
+  update.bricks = dirty_bricks(shown_, lattice());
+  shown_ = lattice();
+  update.resampler =
+      std::make_shared<const Resampler>(volume_, shown_, scene_.resampling, range().lowest);
+  return update;
+}
+
+Result<void> Document::drag(const DragAction& action, VoxelIndex element, const Step& step) {
+  // A ball that holds the whole volume needs to grow no further.
+  const double radius =
+      std::min(action.radius_voxels, 2.0 * glm::length(glm::dvec3(volume_.size())));
+  const glm::dvec3 by = action.by_is_mm
+                            ? glm::inverse(glm::dmat3(volume_.world_from_voxel())) * action.by
+                            : action.by;
+  if (auto begun = deformer_->begin_stroke(element, radius, action.name); !begun) return begun;
+  auto& s = *statistics_.chainmail;
+  for (int i = 1; i <= action.steps; ++i) {
+    const trace::Span span("chainmail");
+    const double share = i == action.steps ? 1.0 : static_cast<double>(i) / action.steps;
+    const auto report = deformer_->drag_to(by * share);
+    if (!report) {
+      deformer_->cancel_stroke();
+      return report.error();
+    }
+    ++s.drags;
+    s.elements_moved += report->elements_moved;
+    s.seconds += report->seconds;
+    s.drag_clamped = s.drag_clamped || report->clamped;
+    if (auto shown = step(*report); !shown) return shown;
+  }
+  deformer_->end_stroke();
+  if (options_.measure) {
+    const auto violations = violations_of(lattice(), deformer_->materials());
+    s.violated_links = std::max(s.violated_links, violations.links);
+    s.worst_violation_voxels = std::max(s.worst_violation_voxels, violations.worst_voxels);
+  }
+  return {};
+}
+
+Result<void> Document::relax(const RelaxAction& action) {
+  if (!plan_.relaxation) return {};
+  const trace::Span span("relaxation");
+  const auto start = Clock::now();
+  RelaxationOptions options;
+  options.tolerance_voxels = action.until_voxels.value_or(scene_.relaxation.tolerance_voxels);
+  Relaxation relaxation = deformer_->relax(pool_, options);
+  const auto time_left = [&](std::int64_t iterations) {
+    if (options_.deterministic) return iterations < kDeterministicIterations;
+    return seconds_since(start) < action.at_most_seconds;
+  };
+  while (!relaxation.progress().converged && time_left(relaxation.progress().iterations)) {
+    relaxation.iterate();
+  }
+  deformer_->mark_undo_step();
+  deformer_->adopt(relaxation.lattice());
+
+  const auto& progress = relaxation.progress();
+  auto& s = *statistics_.relaxation;
+  if (s.iterations == 0) s.energy_first = progress.energy_first;
+  s.iterations += progress.iterations;
+  s.element_updates += progress.element_updates;
+  s.seconds += seconds_since(start);
+  s.converged = s.converged && progress.converged;
+  s.residual_voxels = progress.residual_voxels;
+  s.energy_last = progress.energy_last;
+  s.energy_ever_rose = s.energy_ever_rose || progress.energy_ever_rose;
+  return {};
+}
+
+Result<void> Document::release(const ReleaseAction& action) {
+  if (!deformer_) return Error{ErrorKind::usage, "nothing has been dragged"};
+  return deformer_->release(action.name);
+}
+
+Result<void> Document::undo(int count) {
+  for (int i = 0; i < count; ++i) {
+    if (!deformer_ || !deformer_->undo()) {
+      return Error{ErrorKind::usage, "only " + std::to_string(i) + " of " + std::to_string(count) +
+                                         " steps are there to undo"};
+    }
+  }
+  return {};
+}
+
+Result<void> Document::redo(int count) {
+  for (int i = 0; i < count; ++i) {
+    if (!deformer_ || !deformer_->redo()) {
+      return Error{ErrorKind::usage, "only " + std::to_string(i) + " of " + std::to_string(count) +
+                                         " steps are there to redo"};
+    }
+  }
+  return {};
+}
+
+Volume Document::deformed_volume() {
+  if (!plan_.resampling) return volume_;
+  const trace::Span span("resample volume");
+  const auto start = Clock::now();
+  ResampleCounts counts;
+  auto volume =
+      resample_volume(volume_, lattice(), scene_.resampling, range().lowest, pool_, counts);
+  auto& s = *statistics_.resample;
+  s.voxels += counts.voxels;
+  s.moved_voxels += counts.moved_voxels;
+  s.seconds += seconds_since(start) * pool_.thread_count();
+  s.unfilled_voxels = std::max(s.unfilled_voxels, counts.unfilled_voxels);
+  return volume;
+}
+
+Result<void> Document::save(const SaveAction& action) {
+  if (action.volume) {
+    if (auto written = write_volume(*action.volume, deformed_volume()); !written) return written;
+  }
+  if (!action.field) return {};
+  std::vector<glm::vec3> field;
+  if (plan_.resampling) {
+    const Resampler resampler(volume_, lattice(), scene_.resampling, range().lowest);
+    field = inverse_field_mm(volume_, resampler, pool_);
+  } else {
+    field.resize(static_cast<std::size_t>(voxel_count(volume_.size())));
+  }
+  return write_vector_field(*action.field, volume_.size(), volume_.world_from_voxel(), field);
+}
+
+Result<void> Document::save_forward_field(const std::filesystem::path& path) {
+  const Lattice rest(volume_.size());
+  const auto field = forward_field_mm(volume_, deformer_ ? lattice() : rest, pool_);
+  return write_vector_field(path, volume_.size(), volume_.world_from_voxel(), field);
+}
+
+void Document::measure_state() {
+  statistics_.memory.peak_rss_bytes = peak_rss_bytes();
+  if (!deformer_) return;
+  if (options_.measure) {
+    statistics_.resample->folded_cells = count_folded_cells(lattice(), pool_);
+  }
+  statistics_.memory.lattice_bricks = lattice().brick_count();
+  statistics_.memory.lattice_bytes = lattice().bytes();
+}
+
+}  // namespace maille

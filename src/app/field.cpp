@@ -1,0 +1,64 @@
+#include "app/field.h"
+
+#include <cmath>
+
+#include "core/trace.h"
+
+namespace maille {
+namespace {
+
+// Calls f(voxel, position of the voxel in the brick's packed box, position in the volume).
+template <class F>
+void for_each_voxel(const VoxelBox& box, Size3 size, F&& f) {
+  std::size_t in_box = 0;
+  for (int z = box.lo.z; z < box.hi.z; ++z) {
+    for (int y = box.lo.y; y < box.hi.y; ++y) {
+      auto in_volume = static_cast<std::size_t>(linear_index({box.lo.x, y, z}, size));
+      for (int x = box.lo.x; x < box.hi.x; ++x) f(VoxelIndex{x, y, z}, in_box++, in_volume++);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<glm::vec3> inverse_field_mm(const Volume& volume, const Resampler& resampler,
+                                        WorkerPool& pool) {
+  const trace::Span span("inverse field");
+  const BrickGrid grid(volume.size());
+  const glm::dmat3 mm_from_voxels(volume.world_from_voxel());
+  std::vector<glm::vec3> field(static_cast<std::size_t>(voxel_count(volume.size())));
+  std::vector<std::vector<glm::vec3>> scratch(static_cast<std::size_t>(pool.thread_count()));
+  pool.for_each(grid.count(), [&](std::int64_t brick, int worker) {
+    const auto box = grid.box(grid.brick(brick));
+    auto& rest = scratch[static_cast<std::size_t>(worker)];
+    rest.resize(static_cast<std::size_t>(voxel_count(box.size())));
+    resampler.rest_positions(brick, rest);
+    for_each_voxel(box, volume.size(), [&](VoxelIndex voxel, std::size_t i, std::size_t at) {
+      if (std::isnan(rest[i].x)) return;
+      field[at] = glm::vec3(mm_from_voxels * (glm::dvec3(rest[i]) - glm::dvec3(voxel)));
+    });
+  });
+  return field;
+}
+
+std::vector<glm::vec3> forward_field_mm(const Volume& volume, const Lattice& lattice,
+                                        WorkerPool& pool) {
+  const trace::Span span("forward field");
+  const BrickGrid& grid = lattice.grid();
+  const glm::dmat3 mm_from_units =
+      glm::dmat3(volume.world_from_voxel()) * (1.0 / double{kUnitsPerVoxel});
+  std::vector<glm::vec3> field(static_cast<std::size_t>(voxel_count(volume.size())));
+  pool.for_each(grid.count(), [&](std::int64_t index, int) {
+    const LatticeBrick* const brick = lattice.brick(index);
+    if (brick == nullptr) return;
+    for_each_voxel(grid.box(grid.brick(index)), volume.size(),
+                   [&](VoxelIndex voxel, std::size_t, std::size_t at) {
+                     const int e = element_in_brick(voxel);
+                     const glm::dvec3 u(brick->u[0][e], brick->u[1][e], brick->u[2][e]);
+                     field[at] = glm::vec3(mm_from_units * u);
+                   });
+  });
+  return field;
+}
+
+}  // namespace maille

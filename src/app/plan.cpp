@@ -1,0 +1,74 @@
+#include "app/plan.h"
+
+#include <algorithm>
+
+namespace maille {
+namespace {
+
+template <class T>
+bool any_action(const Scene& scene) {
+  return std::any_of(scene.actions.begin(), scene.actions.end(),
+                     [](const Action& action) { return std::holds_alternative<T>(action); });
+}
+
+bool any_picked_drag(const Scene& scene) {
+  return std::any_of(scene.actions.begin(), scene.actions.end(), [](const Action& action) {
+    const auto* const drag = std::get_if<DragAction>(&action);
+    return drag != nullptr && std::holds_alternative<FromPixel>(drag->from);
+  });
+}
+
+bool many_materials(const Scene& scene) {
+  const auto* const table = std::get_if<MaterialTable>(&scene.materials);
+  return table == nullptr || table->count() > 1;
+}
+
+bool fixed_material(const Scene& scene) {
+  const auto* const table = std::get_if<MaterialTable>(&scene.materials);
+  return table != nullptr && table->any_fixed();
+}
+
+}  // namespace
+
+Plan plan_of(const Scene& scene, const Purpose& purpose) {
+  Plan plan;
+  plan.window = purpose.window;
+  plan.vulkan = purpose.pictures || purpose.window;
+  // Nothing leaves its place but by a drag, so without one there is nothing to relax either.
+  plan.chainmail = purpose.window || any_action<DragAction>(scene);
+  plan.resampling = plan.chainmail;
+  plan.relaxation = plan.chainmail && scene.relaxation.enabled &&
+                    (purpose.window || any_action<RelaxAction>(scene));
+  plan.material_lookup = plan.chainmail && many_materials(scene);
+  plan.anchors = plan.chainmail && (scene.anchors.faces != 0 || fixed_material(scene));
+  plan.pick_pass = plan.vulkan && (purpose.window || purpose.picks || any_picked_drag(scene));
+  plan.render_actions = plan.vulkan || !any_action<RenderAction>(scene);
+  plan.shading = plan.vulkan && scene.render.shading;
+  plan.iso = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::iso);
+  plan.mip = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::mip);
+  plan.composite = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::composite);
+  return plan;
+}
+
+std::vector<std::string> Plan::left_out() const {
+  std::vector<std::string> names;
+  const auto add = [&](bool kept, const char* name) {
+    if (!kept) names.emplace_back(name);
+  };
+  add(chainmail, "chainmail");
+  add(relaxation, "relaxation");
+  add(resampling, "resampling");
+  add(material_lookup, "material_lookup");
+  add(anchors, "anchors");
+  add(vulkan, "vulkan");
+  add(pick_pass, "pick_pass");
+  add(render_actions, "render_actions");
+  add(shading, "shading");
+  add(composite, "composite");
+  add(iso, "iso");
+  add(mip, "mip");
+  add(window, "window");
+  return names;
+}
+
+}  // namespace maille

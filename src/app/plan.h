@@ -1,0 +1,38 @@
+// What a scene does not need is left out, decided here, once, before anything is made.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/scene.h"
+
+namespace maille {
+
+// What the command wants besides playing the scene.
+struct Purpose {
+  bool pictures = false;  // the command draws: render actions and picked drags can be done
+  bool window = false;    // a person may do anything
+  bool picks = false;     // the command itself asks what is seen at a pixel
+};
+
+struct Plan {
+  bool chainmail = false;        // a lattice, a deformer, undo steps
+  bool relaxation = false;       // active lists, forces
+  bool resampling = false;       // an inverse map; else voxels are copied
+  bool material_lookup = false;  // more than one material, and something that asks for it
+  bool anchors = false;          // stated ones
+  bool vulkan = false;
+  bool pick_pass = false;
+  bool render_actions = false;  // false: the scene asks for pictures that this command skips
+  bool shading = false;         // gradients
+  bool composite = false;
+  bool iso = false;
+  bool mip = false;
+  bool window = false;
+
+  std::vector<std::string> left_out() const;
+};
+
+Plan plan_of(const Scene& scene, const Purpose& purpose);
+
+}  // namespace maille

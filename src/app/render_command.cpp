@@ -1,0 +1,25 @@
+#include "app/commands.h"
+#include "app/headless.h"
+#include "app/run_options.h"
+
+namespace maille {
+
+Result<void> run_render(const RenderOptions& options, const GlobalOptions& global) {
+  auto scene = open_scene(options.input);
+  if (!scene) return scene.error();
+  auto loaded = load_volume(*scene, global.seed);
+  if (!loaded) return loaded.error();
+  auto headless = headless_options("render", global);
+  headless.document.purpose.pictures = true;
+  headless.view = view_options(options.size, global);
+  headless.frames = options.frames;
+  headless.stats = options.stats;
+  headless.trace = options.trace;
+  auto run = Headless::open(*std::move(scene), *std::move(loaded), headless);
+  if (!run) return run.error();
+  if (auto played = run->play(); !played) return played;
+  if (auto written = run->write_picture(options.output); !written) return written;
+  return run->finish();
+}
+
+}  // namespace maille

@@ -1,0 +1,121 @@
+// What to open and what to do with it: the scene file, as assets/scene.schema.json describes it.
+// Everything has a default but the volume.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/result.h"
+#include "core/spaces.h"
+#include "deform/anchors.h"
+#include "material/material_table.h"
+#include "render/transfer_function.h"
+#include "render/volume_texture.h"
+#include "resample/resampler.h"
+
+namespace maille {
+
+struct PhantomSource {
+  std::string name;
+  Size3 size{128};
+  std::optional<std::uint64_t> seed;  // else the command line's
+};
+using VolumeSource = std::variant<std::filesystem::path, PhantomSource>;
+
+// automatic: ct for Hounsfield units (a signed type whose lowest value is at most -500), else
+// relative to the volume's range.
+enum class MaterialPreset : std::uint8_t { automatic, ct, relative };
+
+// A name of TransferFunction::preset; empty: ct-skin or relative, chosen as materials are.
+struct TransferPreset {
+  std::string name;
+};
+
+struct PictureSettings {
+  RenderMode mode = RenderMode::composite;
+  std::optional<double> iso_value;  // else the transfer function's surface
+  double step_voxels = 1.0;
+  bool shading = true;
+  glm::dvec3 background{0.1, 0.11, 0.13};
+};
+
+// What is not given frames the whole volume from the front.
+struct CameraSettings {
+  std::optional<glm::dvec3> eye_mm;
+  std::optional<glm::dvec3> target_mm;
+  glm::dvec3 up{0, 0, 1};
+  double vertical_fov_degrees = 30.0;
+};
+
+struct RelaxationSettings {
+  bool enabled = true;  // false leaves every relax action out
+  double tolerance_voxels = 0.01;
+};
+
+struct FromVoxel {
+  glm::dvec3 voxel;  // the nearest element is meant
+};
+struct FromPixel {
+  glm::dvec2 pixel;  // the element seen there is meant
+};
+
+struct DragAction {
+  std::variant<FromVoxel, FromPixel> from;
+  double radius_voxels = 4.0;
+  glm::dvec3 by{0.0};
+  bool by_is_mm = false;  // else voxels
+  int steps = 1;
+  std::string name;
+};
+struct RelaxAction {
+  std::optional<double> until_voxels;  // else the scene's tolerance
+  double at_most_seconds = 5.0;
+};
+struct RenderAction {
+  std::filesystem::path to;
+};
+struct ReleaseAction {
+  std::string name;
+};
+struct UndoAction {
+  int count = 1;
+};
+struct RedoAction {
+  int count = 1;
+};
+struct SaveAction {
+  std::optional<std::filesystem::path> volume;
+  std::optional<std::filesystem::path> field;
+};
+using Action = std::variant<DragAction, RelaxAction, RenderAction, ReleaseAction, UndoAction,
+                            RedoAction, SaveAction>;
+
+std::string_view name_of(const Action& action);  // "drag", "relax" ...
+
+struct Scene {
+  std::filesystem::path file;  // where it was read from; empty for a scene around a bare volume
+  VolumeSource volume;
+  std::variant<MaterialPreset, MaterialTable> materials = MaterialPreset::automatic;
+  AnchorRules anchors;
+  RelaxationSettings relaxation;
+  ResampleMethod resampling = ResampleMethod::linear;
+  std::variant<TransferPreset, TransferFunction> transfer_function;
+  PictureSettings render;
+  CameraSettings camera;
+  std::vector<Action> actions;
+};
+
+// Paths in the text are taken relative to file's folder; file also names the text in messages.
+// Errors: bad_input, "FILE: PATH.OF.KEY: expected ..., got ..." or "FILE: line L, column C: ...".
+Result<Scene> parse_scene(std::string_view text, const std::filesystem::path& file);
+
+// A scene file (.json), or a volume, which gets the default scene around it. The volume itself is
+// not opened. Errors: as above; file_system.
+Result<Scene> open_scene(const std::filesystem::path& input);
+
+}  // namespace maille

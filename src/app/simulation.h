@@ -1,0 +1,87 @@
+// The thread that owns the lattice while a window is open.
+//
+// Wishes go down: drag targets through a latest-wins mailbox, everything else in order. States come
+// up: each a ViewUpdate of one whole step, merged with those nobody has taken yet. No lock is held
+// across a step of the work.
+//
+// A drag is answered at once; while nothing else is asked, relaxation goes on from what is shown,
+// the grabbed and pinned elements held, until it has converged.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "app/document.h"
+
+namespace maille {
+
+struct SimulationStatus {
+  std::int64_t elements_moved = 0;  // by the last answered drag
+  double drag_ms = 0.0;             // that it took
+  bool clamped = false;             // an anchor held the drag back
+  bool relaxing = false;
+  bool paused = false;
+  bool converged = false;        // the last relaxation
+  double residual_voxels = 0.0;  // estimated distance to equilibrium
+  std::int64_t iterations = 0;
+  int pins = 0;
+  std::string refused;  // why the last wish could not be done; empty: it could
+};
+
+class Simulation {
+ public:
+  // document: touched by the simulation thread alone until this is destroyed. wake: called on that
+  // thread whenever there is something to take.
+  Simulation(Document& document, std::function<void()> wake);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  void grab(VoxelIndex element, double radius_voxels);
+  void drag_to(glm::dvec3 by_voxels);  // total since grab()
+  void let_go();                       // the handle stays pinned
+  void cancel();
+  void release_pins();
+  void undo();
+  void redo();
+  void pause_relaxation(bool paused);
+
+  std::optional<ViewUpdate> take_view();
+  SimulationStatus status() const;
+
+ private:
+  using Wish = std::function<Result<void>()>;
+  void ask(Wish wish);
+  void run();
+  Result<void> drag_now(glm::dvec3 by_voxels);
+  void relax_for_a_moment();
+  void start_relaxing();
+  void stop_relaxing();  // keeps what it has reached
+  void publish();
+  template <class F>
+  void update_status(F&& change);
+
+  Document& document_;
+  std::function<void()> wake_;
+  std::optional<Relaxation> relaxation_;  // the simulation thread's, as is the document
+  double last_publish_seconds_ = 0.0;
+  bool unpublished_ = false;
+
+  mutable std::mutex mutex_;  // what follows
+  std::condition_variable asked_;
+  std::deque<Wish> wishes_;
+  std::optional<glm::dvec3> drag_target_;  // after all wishes
+  std::optional<ViewUpdate> view_;
+  SimulationStatus status_;
+  bool stopping_ = false;
+
+  std::jthread thread_;
+};
+
+}  // namespace maille

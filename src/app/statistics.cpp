@@ -1,0 +1,156 @@
+#include "app/statistics.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/parallel.h"
+
+namespace maille {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double rate(std::int64_t count, double seconds) {
+  return seconds > 0.0 ? static_cast<double>(count) / seconds : 0.0;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+Json section(const RunStatistics::ChainMail& s) {
+  return {{"drags", s.drags},
+          {"elements_moved", s.elements_moved},
+          {"seconds", s.seconds},
+          {"elements_per_second", rate(s.elements_moved, s.seconds)},
+          {"violated_links", s.violated_links},
+          {"worst_violation_voxels", s.worst_violation_voxels},
+          {"drag_clamped", s.drag_clamped}};
+}
+
+Json section(const RunStatistics::Relaxation& s) {
+  return {{"iterations", s.iterations},
+          {"element_updates", s.element_updates},
+          {"seconds", s.seconds},
+          {"element_updates_per_second", rate(s.element_updates, s.seconds)},
+          {"converged", s.converged},
+          {"residual_voxels", s.residual_voxels},
+          {"energy_first", s.energy_first},
+          {"energy_last", s.energy_last},
+          {"energy_ever_rose", s.energy_ever_rose}};
+}
+
+Json section(const RunStatistics::Resample& s) {
+  return {{"method", s.method},
+          {"voxels", s.voxels},
+          {"moved_voxels", s.moved_voxels},
+          {"seconds", s.seconds},
+          {"voxels_per_second", rate(s.voxels, s.seconds)},
+          {"folded_cells", s.folded_cells},
+          {"unfilled_voxels", s.unfilled_voxels},
+          {"copied_voxels", s.copied_voxels},
+          {"copy_seconds", s.copy_seconds}};
+}
+
+Json section(const RunStatistics::Frames& s) {
+  Json out = {
+      {"count", s.milliseconds.size()},
+      {"median_ms", median(s.milliseconds)},
+      {"gpu_ms", {{"raycast", s.raycast_ms}, {"upload", s.upload_ms}, {"pick", s.pick_ms}}}};
+  if (s.first_picture_seconds) out["first_picture_seconds"] = *s.first_picture_seconds;
+  return out;
+}
+
+}  // namespace
+
+std::int64_t peak_rss_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;
+}
+
+std::string to_json(const RunStatistics& s) {
+  Json out = {{"maille_stats", 1}, {"version", MAILLE_VERSION}, {"command", s.command}};
+  out["machine"] = {{"threads", s.machine.threads}};
+  if (s.machine.triad_gb_per_s) out["machine"]["triad_gb_per_s"] = *s.machine.triad_gb_per_s;
+  if (s.device) {
+    out["device"] = {
+        {"name", s.device->name}, {"driver", s.device->driver}, {"sparse", s.device->sparse}};
+  }
+  out["volume"] = {{"size", {s.volume.size.x, s.volume.size.y, s.volume.size.z}},
+                   {"type", s.volume.type},
+                   {"bytes", s.volume.bytes},
+                   {"load_seconds", s.volume.load_seconds},
+                   {"analyse_seconds", s.volume.analyse_seconds}};
+  if (s.chainmail) out["chainmail"] = section(*s.chainmail);
+  if (s.relaxation) out["relaxation"] = section(*s.relaxation);
+  if (s.resample) out["resample"] = section(*s.resample);
+  if (s.upload) {
+    out["upload"] = {
+        {"bricks", s.upload->bricks}, {"bytes", s.upload->bytes}, {"seconds", s.upload->seconds}};
+  }
+  if (s.frames) out["frames"] = section(*s.frames);
+  if (s.pick) out["pick"] = {{"count", s.pick->count}, {"seconds", s.pick->seconds}};
+  out["memory"] = {{"peak_rss_bytes", s.memory.peak_rss_bytes},
+                   {"lattice_bricks", s.memory.lattice_bricks},
+                   {"lattice_bytes", s.memory.lattice_bytes},
+                   {"gpu_pages_resident", s.memory.gpu_pages_resident},
+                   {"gpu_pages_total", s.memory.gpu_pages_total},
+                   {"gpu_bytes", s.memory.gpu_bytes}};
+  out["left_out"] = s.left_out;
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+double measure_triad_gb_per_s(int threads) {
+  constexpr std::size_t kChunk = std::size_t{1} << 20;
+  constexpr std::size_t kChunks = 8;  // three arrays of 64 MiB
+  constexpr int kRounds = 4;          // the first one meets the pages
+  std::vector<double> a(kChunk * kChunks);
+  std::vector<double> b(kChunk * kChunks, 1.0);
+  std::vector<double> c(kChunk * kChunks, 2.0);
+  WorkerPool pool(threads);
+  double best = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto start = std::chrono::steady_clock::now();
+    pool.for_each(kChunks, [&](std::int64_t chunk, int) {
+      const auto begin = static_cast<std::size_t>(chunk) * kChunk;
+      for (std::size_t i = begin; i < begin + kChunk; ++i) a[i] = b[i] + 0.5 * c[i];
+    });
+    const double bytes = static_cast<double>(3 * sizeof(double) * kChunk * kChunks);
+    best = std::max(best, bytes / seconds_since(start) / 1e9);
+  }
+  return best;
+}
+
+double seconds_since_process_start() {
+  std::ifstream file("/proc/self/stat");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  const auto name_end = text.rfind(')');  // the program's name may hold anything, blanks too
+  if (name_end == std::string::npos) return 0.0;
+  std::istringstream fields(text.substr(name_end + 1));
+  const std::vector<std::string> list{std::istream_iterator<std::string>(fields), {}};
+  constexpr std::size_t kStartTime = 19;  // field 22 of the file, the third being the first here
+  if (list.size() <= kStartTime) return 0.0;
+  const double started = std::stod(list[kStartTime]) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  timespec now{};
+  clock_gettime(CLOCK_BOOTTIME, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - started;
+}
+
+}  // namespace maille

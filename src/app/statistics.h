@@ -1,0 +1,120 @@
+// What a run did and what it took: stats.json. Keys are a contract (units in names); a section that
+// the scene left out is absent and named in left_out.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/spaces.h"
+
+namespace maille {
+
+struct RunStatistics {
+  std::string command;
+
+  struct Machine {
+    int threads = 1;
+    std::optional<double> triad_gb_per_s;  // measured only when statistics were asked for
+  } machine;
+
+  struct Device {
+    std::string name;
+    std::string driver;
+    bool sparse = false;  // the volume lies in a sparse image
+  };
+  std::optional<Device> device;
+
+  struct Volume {
+    Size3 size{0};
+    std::string type;
+    std::int64_t bytes = 0;
+    double load_seconds = 0.0;     // until every sample is in memory, decoded or mapped
+    double analyse_seconds = 0.0;  // finding the range, where a default needs it
+  } volume;
+
+  struct ChainMail {
+    std::int64_t drags = 0;  // positions that a handle was dragged to
+    std::int64_t elements_moved = 0;
+    double seconds = 0.0;
+    std::int64_t violated_links = 0;  // the most after a drag
+    double worst_violation_voxels = 0.0;
+    bool drag_clamped = false;
+  };
+  std::optional<ChainMail> chainmail;
+
+  struct Relaxation {
+    std::int64_t iterations = 0;
+    std::int64_t element_updates = 0;
+    double seconds = 0.0;
+    bool converged = true;
+    double residual_voxels = 0.0;  // estimated distance to equilibrium; null: too early to tell
+    double energy_first = 0.0;
+    double energy_last = 0.0;
+    bool energy_ever_rose = false;
+  };
+  std::optional<Relaxation> relaxation;
+
+  // Bricks whose voxels differ from the volume's; the untouched ones are copies.
+  struct Resample {
+    std::string method;
+    std::int64_t voxels = 0;
+    std::int64_t moved_voxels = 0;  // of these, not owned by an element at rest
+    double seconds = 0.0;
+    std::int64_t folded_cells = 0;
+    std::int64_t unfilled_voxels = 0;
+    std::int64_t copied_voxels = 0;  // of untouched bricks, for the first picture
+    double copy_seconds = 0.0;
+  };
+  std::optional<Resample> resample;
+
+  struct Upload {
+    std::int64_t bricks = 0;
+    std::int64_t bytes = 0;
+    double seconds = 0.0;  // waiting for memory and for the device, not filling
+  };
+  std::optional<Upload> upload;
+
+  struct Frames {
+    std::vector<double> milliseconds;  // of each frame, as the caller waits for it
+    double raycast_ms = 0.0;           // on the device, mean of each pass
+    double upload_ms = 0.0;
+    double pick_ms = 0.0;
+    std::optional<double> first_picture_seconds;  // from the start of the process
+  };
+  std::optional<Frames> frames;
+
+  struct Pick {
+    std::int64_t count = 0;
+    double seconds = 0.0;
+  };
+  std::optional<Pick> pick;
+
+  struct Memory {
+    std::int64_t peak_rss_bytes = 0;
+    std::int64_t lattice_bricks = 0;
+    std::int64_t lattice_bytes = 0;
+    std::int64_t gpu_pages_resident = 0;
+    std::int64_t gpu_pages_total = 0;
+    std::int64_t gpu_bytes = 0;
+  } memory;
+
+  std::vector<std::string> left_out;
+};
+
+std::int64_t peak_rss_bytes();  // of this process, up to now
+
+// JSON text, indented.
+std::string to_json(const RunStatistics& statistics);
+
+// a[i] = b[i] + s * c[i] over arrays well beyond the caches, the best of a few rounds on one
+// thread a core; takes about a tenth of a second.
+double measure_triad_gb_per_s(int threads);
+
+// Seconds since the kernel started this process (to 10 ms), which is before main() ran.
+double seconds_since_process_start();
+
+}  // namespace maille

@@ -1,0 +1,184 @@
+#include "app/view.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "core/trace.h"
+
+namespace maille {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::vector<std::int64_t> merged(const std::vector<std::int64_t>& a,
+                                 const std::vector<std::int64_t>& b) {
+  std::vector<std::int64_t> out;
+  out.reserve(a.size() + b.size());
+  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out));
+  return out;
+}
+
+// What one worker did; summed when the loop is over.
+struct alignas(64) Share {
+  std::int64_t voxels = 0;
+  std::int64_t copied = 0;
+  ResampleCounts counts;
+  double resample_seconds = 0.0;
+  double copy_seconds = 0.0;
+};
+
+}  // namespace
+
+Camera camera_of(const CameraSettings& settings, const Volume& volume, PictureSize size) {
+  Camera camera = framing(volume.size(), volume.world_from_voxel(), size);
+  auto offset = camera.eye_mm - camera.target_mm;
+  // A narrower view frames the same from farther away.
+  const double half = std::tan(glm::radians(camera.vertical_fov_degrees) / 2);
+  offset *= half / std::tan(glm::radians(settings.vertical_fov_degrees) / 2);
+  camera.vertical_fov_degrees = settings.vertical_fov_degrees;
+  camera.up = settings.up;
+  if (settings.target_mm) camera.target_mm = *settings.target_mm;
+  camera.eye_mm = settings.eye_mm.value_or(camera.target_mm + offset);
+  return camera;
+}
+
+View::View(Document& document, const ViewOptions& options)
+    : volume_(document.volume()),
+      pool_(document.pool()),
+      picks_(document.plan().pick_pass),
+      size_(options.size),
+      camera_(camera_of(document.scene().camera, volume_, options.size)) {}
+
+Result<std::unique_ptr<View>> View::create(Document& document, const ViewOptions& options) {
+  const trace::Span span("make renderer");
+  std::unique_ptr<View> view(new View(document, options));
+  auto renderer = Renderer::create(options.renderer);
+  if (!renderer) return renderer.error();
+  view->renderer_ = *std::move(renderer);
+  const auto transfer = document.transfer_function();
+  if (!transfer) return transfer.error();
+  const auto& scene = document.scene().render;
+  RenderSettings settings;
+  settings.mode = scene.mode;
+  settings.iso_value = scene.iso_value.value_or(transfer->surface_value());
+  settings.step_voxels = scene.step_voxels;
+  settings.shading = scene.shading;
+  settings.background = scene.background;
+  // Settings first: what is visible is then decided once, and nothing is wanted that is not seen.
+  if (auto set = view->renderer_->set_settings(settings); !set) return set.error();
+  if (auto set = view->renderer_->set_transfer_function(*transfer); !set) return set.error();
+  if (auto set = view->renderer_->set_volume(view->volume_); !set) return set.error();
+  return view;
+}
+
+Result<void> View::show(ViewUpdate update) {
+  resampler_ = std::move(update.resampler);
+  return stream(merged(update.bricks, renderer_->bricks_wanted()));
+}
+
+Result<void> View::show_wanted() { return stream(renderer_->bricks_wanted()); }
+
+Result<void> View::stream(const std::vector<std::int64_t>& bricks) {
+  const trace::Span span("show");
+  const auto start = Clock::now();
+  std::vector<Share> shares(static_cast<std::size_t>(pool_.thread_count()));
+  const FillBrick fill = [&](std::int64_t brick, VoxelBox box, std::span<std::byte> voxels,
+                             bool flip_sign_bit, int worker) {
+    if (!resampler_) return copy_brick(volume_, box, voxels);
+    const trace::Span brick_span("resample brick");
+    const auto brick_start = Clock::now();
+    const auto counts = resampler_->resample(brick, voxels, flip_sign_bit);
+    auto& share = shares[static_cast<std::size_t>(worker)];
+    if (counts.moved_voxels == 0) {
+      share.copied += counts.voxels;
+      share.copy_seconds += seconds_since(brick_start);
+    } else {
+      share.counts += counts;
+      share.resample_seconds += seconds_since(brick_start);
+    }
+  };
+  if (auto streamed = renderer_->stream(bricks, pool_, fill); !streamed) return streamed;
+
+  ResampleCounts counts;
+  double busy = 0.0;
+  for (const Share& share : shares) {
+    counts += share.counts;
+    busy += share.resample_seconds + share.copy_seconds;
+    resample_.seconds += share.resample_seconds;
+    resample_.copied_voxels += share.copied;
+    resample_.copy_seconds += share.copy_seconds;
+  }
+  resample_.voxels += counts.voxels;
+  resample_.moved_voxels += counts.moved_voxels;
+  resample_.unfilled_voxels = std::max(resample_.unfilled_voxels, counts.unfilled_voxels);
+  upload_.seconds += std::max(0.0, seconds_since(start) - busy / pool_.thread_count());
+  return {};
+}
+
+Result<Picture> View::picture() {
+  const trace::Span span("picture");
+  const auto start = Clock::now();
+  if (auto rendered = renderer_->render(camera_, size_); !rendered) return rendered.error();
+  auto picture = renderer_->read_picture();
+  if (!picture) return picture;
+  frames_.milliseconds.push_back(1e3 * seconds_since(start));
+  if (!frames_.first_picture_seconds) {
+    frames_.first_picture_seconds = seconds_since_process_start();
+  }
+  return picture;
+}
+
+Result<std::optional<PickHit>> View::pick(glm::ivec2 pixel) {
+  const trace::Span span("pick");
+  const auto start = Clock::now();
+  auto hit = renderer_->pick(camera_, size_, pixel);
+  ++pick_.count;
+  pick_.seconds += seconds_since(start);
+  return hit;
+}
+
+glm::dvec3 View::rest_voxel(glm::dvec3 voxel) const {
+  if (!resampler_) return voxel;
+  return resampler_->rest_position(voxel).value_or(voxel);
+}
+
+void View::report(RunStatistics& statistics) {
+  const auto counters = renderer_->counters();
+  const auto& info = renderer_->device().info();
+  statistics.device = {info.name, info.driver, renderer_->sparse_store()};
+  if (statistics.resample) {
+    auto& s = *statistics.resample;
+    s.voxels += resample_.voxels;
+    s.moved_voxels += resample_.moved_voxels;
+    s.seconds += resample_.seconds;
+    s.unfilled_voxels = std::max(s.unfilled_voxels, resample_.unfilled_voxels);
+    s.copied_voxels += resample_.copied_voxels;
+    s.copy_seconds += resample_.copy_seconds;
+  }
+  upload_.bricks = counters.bricks_uploaded;
+  upload_.bytes = static_cast<std::int64_t>(counters.bytes_uploaded);
+  statistics.upload = upload_;
+  const auto passes = renderer_->gpu_times();
+  const auto mean_ms = [&](std::string_view pass) {
+    const auto found = passes.find(pass);
+    if (found == passes.end() || found->second.count == 0) return 0.0;
+    return found->second.total_ms / static_cast<double>(found->second.count);
+  };
+  frames_.raycast_ms = mean_ms("raycast");
+  frames_.upload_ms = mean_ms("upload");
+  frames_.pick_ms = mean_ms("pick");
+  statistics.frames = frames_;
+  if (picks_) statistics.pick = pick_;
+  statistics.memory.gpu_pages_resident = counters.pages_resident;
+  statistics.memory.gpu_pages_total = counters.pages_total;
+  statistics.memory.gpu_bytes = static_cast<std::int64_t>(counters.gpu_bytes);
+}
+
+}  // namespace maille

@@ -1,0 +1,72 @@
+#include "core/parallel.h"
+
+#include <algorithm>
+
+#include "core/trace.h"
+
+namespace maille {
+
+WorkerPool::WorkerPool(int threads) {
+  if (threads <= 0) threads = std::max(1u, std::thread::hardware_concurrency());
+  for (int worker = 1; worker < threads; ++worker) {
+    threads_.emplace_back([this, worker] { work(worker); });
+  }
+}
+
+WorkerPool::~WorkerPool() {
+  {
+    std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+}
+
+void WorkerPool::for_each(std::int64_t count,
+                          const std::function<void(std::int64_t, int)>& f) {
+  std::lock_guard loop_lock(loop_mutex_);
+  if (threads_.empty() || count <= 1) {
+    for (std::int64_t index = 0; index < count; ++index) f(index, 0);
+    return;
+  }
+  {
+    std::lock_guard lock(mutex_);
+    body_ = &f;
+    count_ = count;
+    next_.store(0, std::memory_order_relaxed);
+    busy_ = static_cast<int>(threads_.size());
+    ++loop_number_;
+  }
+  wake_.notify_all();
+  take_items(0);
+  std::unique_lock lock(mutex_);
+  done_.wait(lock, [this] { return busy_ == 0; });
+  body_ = nullptr;
+}
+
+void WorkerPool::take_items(int worker) {
+  for (;;) {
+    const std::int64_t index = next_.fetch_add(1, std::memory_order_relaxed);
+    if (index >= count_) return;
+    (*body_)(index, worker);
+  }
+}
+
+void WorkerPool::work(int worker) {
+  trace::name_this_thread("worker " + std::to_string(worker));
+  std::uint64_t seen = 0;
+  for (;;) {
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [&] { return stopping_ || loop_number_ != seen; });
+      if (stopping_) return;
+      seen = loop_number_;
+    }
+    take_items(worker);
+    {
+      std::lock_guard lock(mutex_);
+      if (--busy_ == 0) done_.notify_one();
+    }
+  }
+}
+
+}  // namespace maille

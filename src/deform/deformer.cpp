@@ -1,0 +1,187 @@
+#include "deform/deformer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace maille {
+namespace {
+
+constexpr double kLongestDrag_voxels = 1e6;
+
+// The elements of a set that may move: grabbing skin over bone must not hold on to the bone.
+ElementSet movable(const ElementSet& set, const MaterialField& materials, AnchorRules anchors,
+                   const BrickGrid& grid) {
+  ElementSet kept;
+  for (const auto& [linear, mask] : set.bricks()) {
+    const VoxelBox box = grid.box(grid.brick(linear));
+    for (int z = box.lo.z; z < box.hi.z; ++z) {
+      for (int y = box.lo.y; y < box.hi.y; ++y) {
+        for (int x = box.lo.x; x < box.hi.x; ++x) {
+          const VoxelIndex voxel{x, y, z};
+          if (!mask->test(static_cast<std::size_t>(element_in_brick(voxel)))) continue;
+          if (faces_of(voxel, grid.volume_size()) & anchors.faces) continue;
+          if (materials.table().fixed(materials.at(voxel))) continue;
+          kept.insert(voxel, grid);
+        }
+      }
+    }
+  }
+  return kept;
+}
+
+}  // namespace
+
+Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors)
+    : materials_(volume, std::move(materials)),
+      volume_(std::move(volume)),
+      anchors_(anchors),
+      lattice_(volume_.size()) {}
+
+void Deformer::set_materials(MaterialTable table) {
+  materials_ = MaterialField(volume_, std::move(table));
+}
+
+Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, std::string name) {
+  if (stroke_) return Error{ErrorKind::usage, "drag: a stroke is on already"};
+  if (!contains(volume_.size(), element)) {
+    return Error{ErrorKind::usage, "drag: voxel (" + std::to_string(element.x) + ", " +
+                                       std::to_string(element.y) + ", " +
+                                       std::to_string(element.z) + ") lies outside the volume"};
+  }
+  if (!(radius_voxels >= 0.0) || !std::isfinite(radius_voxels)) {
+    return Error{ErrorKind::usage, "drag: expected a radius >= 0"};
+  }
+  const BrickGrid& grid = lattice_.grid();
+  Stroke stroke;
+  stroke.before = {lattice_, handles_};
+  const ElementSet ball = ball_of_elements(element, radius_voxels, grid);
+  ElementSet grabbed = movable(ball, materials_, anchors_, grid);
+  // All of it fixed: grab it as it is, and let the drag say that it is held.
+  if (grabbed.empty()) grabbed = ball;
+  std::vector<Handle> others;
+  for (Handle& handle : handles_) {
+    if (handle.elements.intersects(ball)) {
+      grabbed.insert(handle.elements);
+      if (name.empty()) name = handle.name;
+    } else {
+      others.push_back(std::move(handle));
+    }
+  }
+  handles_ = std::move(others);
+  stroke.pinned = pinned_elements();
+  if (name.empty()) {
+    for (int n = 1; name.empty(); ++n) {
+      const std::string candidate = "handle " + std::to_string(n);
+      const bool taken = std::any_of(handles_.begin(), handles_.end(),
+                                     [&](const Handle& h) { return h.name == candidate; });
+      if (!taken) name = candidate;
+    }
+  }
+  stroke.handle = {std::move(name), std::move(grabbed)};
+  stroke_ = std::move(stroke);
+  return {};
+}
+
+Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
+  if (!stroke_) return Error{ErrorKind::usage, "drag: no stroke is on"};
+  glm::ivec3 by;
+  for (int c = 0; c < 3; ++c) {
+    if (!(std::abs(by_voxels[c]) <= kLongestDrag_voxels)) {
+      return Error{ErrorKind::usage, "drag: expected a drag within -1000000 to 1000000 voxels"};
+    }
+    by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const ChainMailProblem problem{stroke_->before.lattice, materials_, stroke_->handle.elements,
+                                 stroke_->pinned, anchors_};
+  ChainMailAnswer answer = solve_chainmail(problem, by);
+  lattice_ = std::move(answer.lattice);
+  DragReport report;
+  report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
+  report.clamped = answer.clamped;
+  report.elements_moved = answer.elements_moved;
+  report.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+void Deformer::end_stroke() {
+  if (!stroke_) return;
+  undo_.push_back(std::move(stroke_->before));
+  redo_.clear();
+  handles_.push_back(std::move(stroke_->handle));
+  stroke_.reset();
+}
+
+void Deformer::cancel_stroke() {
+  if (!stroke_) return;
+  lattice_ = std::move(stroke_->before.lattice);
+  handles_ = std::move(stroke_->before.handles);
+  stroke_.reset();
+}
+
+Result<void> Deformer::release(const std::string& name) {
+  const auto found = std::find_if(handles_.begin(), handles_.end(),
+                                  [&](const Handle& h) { return h.name == name; });
+  if (found == handles_.end()) {
+    std::string known;
+    for (const Handle& h : handles_) known += (known.empty() ? "\"" : ", \"") + h.name + "\"";
+    return Error{ErrorKind::usage, "release: no handle is named \"" + name + "\"; " +
+                                       (known.empty() ? "there are none" : "there are " + known)};
+  }
+  mark_undo_step();
+  handles_.erase(found);
+  return {};
+}
+
+void Deformer::release_all() {
+  if (handles_.empty()) return;
+  mark_undo_step();
+  handles_.clear();
+}
+
+std::vector<std::string> Deformer::handle_names() const {
+  std::vector<std::string> names;
+  for (const Handle& handle : handles_) names.push_back(handle.name);
+  return names;
+}
+
+ElementSet Deformer::pinned_elements() const {
+  ElementSet pinned;
+  for (const Handle& handle : handles_) pinned.insert(handle.elements);
+  return pinned;
+}
+
+Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
+  ElementSet held = pinned_elements();
+  if (stroke_) held.insert(stroke_->handle.elements);
+  return Relaxation(lattice_, materials_, held, anchors_, pool, options);
+}
+
+void Deformer::adopt(Lattice relaxed) { lattice_ = std::move(relaxed); }
+
+void Deformer::mark_undo_step() {
+  undo_.push_back({lattice_, handles_});
+  redo_.clear();
+}
+
+bool Deformer::undo() {
+  if (undo_.empty() || stroke_) return false;
+  redo_.push_back({std::move(lattice_), std::move(handles_)});
+  lattice_ = std::move(undo_.back().lattice);
+  handles_ = std::move(undo_.back().handles);
+  undo_.pop_back();
+  return true;
+}
+
+bool Deformer::redo() {
+  if (redo_.empty() || stroke_) return false;
+  undo_.push_back({std::move(lattice_), std::move(handles_)});
+  lattice_ = std::move(redo_.back().lattice);
+  handles_ = std::move(redo_.back().handles);
+  redo_.pop_back();
+  return true;
+}
+
+}  // namespace maille

@@ -1,0 +1,89 @@
+// Everything done to a lattice, as a person does it: grab, drag, let go, relax, undo.
+//
+// A stroke is a function of the lattice at button-down and the total drag: moving the pointer back
+// un-deforms, cancelling restores to the bit. Letting go leaves the handle pinned until released.
+// Owned by one thread.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "deform/anchors.h"
+#include "deform/chainmail.h"
+#include "deform/lattice.h"
+#include "deform/relaxation.h"
+#include "material/material_field.h"
+
+namespace maille {
+
+struct DragReport {
+  glm::dvec3 moved_by_voxels{0};  // less than asked where an anchor held
+  bool clamped = false;
+  std::int64_t elements_moved = 0;
+  double seconds = 0.0;           // of solving
+};
+
+class Deformer {
+ public:
+  Deformer(Volume volume, MaterialTable materials, AnchorRules anchors);
+
+  const Lattice& lattice() const { return lattice_; }
+  const MaterialField& materials() const { return materials_; }
+  // Acts on the running scene: the next drag or relaxation uses it. Not during a stroke.
+  void set_materials(MaterialTable table);
+
+  // Grabs the elements within radius_voxels (rest space) of an element; pinned handles that the
+  // ball touches are grabbed along. Errors: usage (outside the volume, radius not a number >= 0, a
+  // stroke already on).
+  Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
+  bool in_stroke() const { return stroke_.has_value(); }
+  // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, beyond
+  // +-10^6 voxels).
+  Result<DragReport> drag_to(glm::dvec3 by_voxels);
+  void end_stroke();     // the handle stays pinned; one undo step
+  void cancel_stroke();  // back to the bit
+
+  // Unpins. Errors: usage (no handle of that name; the message lists the names).
+  Result<void> release(const std::string& name);
+  void release_all();
+  std::vector<std::string> handle_names() const;
+
+  // Starts relaxing the lattice as it is now; adopt() takes a state of it over.
+  Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const;
+  void adopt(Lattice relaxed);
+  // Call before the first adopt() of a relaxation that should be an undo step of its own.
+  void mark_undo_step();
+
+  bool undo();  // false: nothing to undo
+  bool redo();
+
+ private:
+  struct Handle {
+    std::string name;
+    ElementSet elements;
+  };
+  struct Snapshot {
+    Lattice lattice;
+    std::vector<Handle> handles;
+  };
+  struct Stroke {
+    Snapshot before;
+    Handle handle;
+    ElementSet pinned;  // by the other handles
+  };
+
+  ElementSet pinned_elements() const;
+
+  MaterialField materials_;
+  Volume volume_;
+  AnchorRules anchors_;
+  Lattice lattice_;
+  std::vector<Handle> handles_;
+  std::optional<Stroke> stroke_;
+  std::vector<Snapshot> undo_;
+  std::vector<Snapshot> redo_;
+};
+
+}  // namespace maille

@@ -1,0 +1,29 @@
+// Where the moved elements of a lattice brick have got to: which cells they shape and which voxels
+// those cells can cover.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "deform/lattice.h"
+
+namespace maille {
+
+// A cell is named by its corner of lowest index, `base`: it lies between the elements base and
+// base + 1. Base -1 and base n-1 are the half cells by which the volume reaches beyond its border.
+struct Reach {
+  VoxelBox cells;            // bases of the cells that have a moved corner in the brick
+  glm::ivec3 u_lowest{0};    // fixed-point bounds of u over all their corners
+  glm::ivec3 u_highest{0};
+
+  // Voxels that the cells can cover, clipped to the volume.
+  VoxelBox covered(Size3 volume_size) const;
+};
+
+// The brick must hold elements.
+Reach reach_of(const Lattice& lattice, std::int64_t brick);
+
+// The bricks whose voxels may differ between two states of a lattice, in linear order.
+std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Lattice& after);
+
+}  // namespace maille

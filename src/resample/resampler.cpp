@@ -1,0 +1,214 @@
+#include "resample/resampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/trace.h"
+#include "resample/corner_planes.h"
+#include "resample/nearest_finder.h"
+#include "resample/rest_finder.h"
+
+namespace maille {
+namespace {
+
+// Kept by thread: a brick's worth is too much for the stack and too often needed for the heap.
+BrickClaims& claims_of_this_thread() {
+  static thread_local BrickClaims claims;
+  return claims;
+}
+
+template <class T>
+T stored(double value) {
+  if constexpr (std::is_integral_v<T>) {
+    const double rounded = std::nearbyint(value);
+    return static_cast<T>(std::clamp(rounded, double{std::numeric_limits<T>::lowest()},
+                                     double{std::numeric_limits<T>::max()}));
+  } else {
+    return static_cast<T>(value);
+  }
+}
+
+template <class T>
+T trilinear(std::span<const T> voxels, Size3 size, glm::vec3 rest) {
+  glm::vec3 t;
+  VoxelIndex base;
+  for (int c = 0; c < 3; ++c) {
+    const float inside = std::clamp(rest[c], 0.0f, static_cast<float>(size[c] - 1));
+    base[c] = std::min(static_cast<int>(inside), std::max(0, size[c] - 2));
+    t[c] = inside - static_cast<float>(base[c]);
+  }
+  const std::int64_t step_x = size.x > 1 ? 1 : 0;
+  const std::int64_t step_y = size.y > 1 ? size.x : 0;
+  const std::int64_t step_z = size.z > 1 ? std::int64_t{size.x} * size.y : 0;
+  const T* at = &voxels[static_cast<std::size_t>(linear_index(base, size))];
+  const auto along_x = [&](const T* p) {
+    const auto a = static_cast<float>(p[0]);
+    // Equal ends, infinite ones among them, must give themselves back.
+    return t.x == 0.0f ? a : a + t.x * (static_cast<float>(p[step_x]) - a);
+  };
+  const auto mix = [](float a, float b, float s) { return s == 0.0f ? a : a + s * (b - a); };
+  const float y0 = mix(along_x(at), along_x(at + step_y), t.y);
+  const float y1 = mix(along_x(at + step_z), along_x(at + step_z + step_y), t.y);
+  return stored<T>(mix(y0, y1, t.z));
+}
+
+}  // namespace
+
+struct Resampler::State {
+  Volume volume;
+  DeformedVolume deformed;
+  ResampleMethod method;
+  double background_value;
+
+  Size3 size() const { return volume.size(); }
+  VoxelBox box(std::int64_t brick) const {
+    const BrickGrid& grid = deformed.lattice.grid();
+    return grid.box(grid.brick(brick));
+  }
+  bool touched(std::int64_t brick) const {
+    if (deformed.lattice.brick(brick)) return true;
+    const VoxelBox voxels = box(brick);
+    return std::any_of(deformed.entries.begin(), deformed.entries.end(), [&](const auto& entry) {
+      return !intersection(entry.covered, voxels).empty();
+    });
+  }
+};
+
+ResampleCounts& ResampleCounts::operator+=(const ResampleCounts& other) {
+  voxels += other.voxels;
+  moved_voxels += other.moved_voxels;
+  background_voxels += other.background_voxels;
+  unfilled_voxels += other.unfilled_voxels;
+  return *this;
+}
+
+Resampler::Resampler(Volume volume, Lattice lattice, ResampleMethod method,
+                     double background_value) {
+  const glm::dvec3 spacing_mm = volume.spacing_mm();
+  state_ = std::make_unique<State>(State{std::move(volume),
+                                         DeformedVolume(std::move(lattice), spacing_mm), method,
+                                         background_value});
+}
+
+Resampler::~Resampler() = default;
+Resampler::Resampler(Resampler&&) noexcept = default;
+
+ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
+                                   bool flip_sign_bit) const {
+  const State& state = *state_;
+  const VoxelBox box = state.box(brick);
+  const Size3 extent = box.size();
+  const bool nearest = state.method == ResampleMethod::nearest;
+  ResampleCounts counts;
+  counts.voxels = voxel_count(extent);
+  BrickClaims& claims = claims_of_this_thread();
+  const bool touched = state.touched(brick);
+  if (touched) {
+    counts.moved_voxels = claims.open(state.deformed, brick);
+    const bool border_moved = nearest ? find_nearest(state.deformed, box, claims)
+                                      : find_rest(state.deformed, box, claims);
+    counts.background_voxels =
+        std::count(claims.score.begin(), claims.score.begin() + counts.voxels,
+                   BrickClaims::kUncovered);
+    if (!border_moved) counts.unfilled_voxels = counts.background_voxels;
+  }
+  with_voxel_type(state.volume.type(), [&]<class T>() {
+    const auto voxels = state.volume.voxels<T>();
+    const T background = stored<T>(state.background_value);
+    const auto claimed = [&](std::size_t i) {
+      if (claims.score[i] == BrickClaims::kUncovered) return background;
+      return nearest ? voxels[static_cast<std::size_t>(claims.element[i])]
+                     : trilinear(voxels, state.size(), claims.rest[i]);
+    };
+    T row[kBrickEdge] = {};
+    std::byte* to = out.data();
+    std::size_t i = 0;
+    for (int z = box.lo.z; z < box.hi.z; ++z) {
+      for (int y = box.lo.y; y < box.hi.y; ++y) {
+        const T* own =
+            &voxels[static_cast<std::size_t>(linear_index({box.lo.x, y, z}, state.size()))];
+        for (int x = 0; x < extent.x; ++x, ++i) {
+          row[x] = touched && claims.score[i] != BrickClaims::kOwned ? claimed(i) : own[x];
+        }
+        if constexpr (std::is_integral_v<T>) {
+          using Bits = std::make_unsigned_t<T>;
+          constexpr Bits kSign = static_cast<Bits>(Bits{1} << (8 * sizeof(T) - 1));
+          if (flip_sign_bit) {
+            for (T& value : row) value = static_cast<T>(static_cast<Bits>(value) ^ kSign);
+          }
+        }
+        const std::size_t bytes = static_cast<std::size_t>(extent.x) * sizeof(T);
+        std::memcpy(to, row, bytes);
+        to += bytes;
+      }
+    }
+  });
+  return counts;
+}
+
+void Resampler::rest_positions(std::int64_t brick, std::span<glm::vec3> out) const {
+  const VoxelBox box = state_->box(brick);
+  BrickClaims& claims = claims_of_this_thread();
+  claims.open(state_->deformed, brick);
+  find_rest(state_->deformed, box, claims);
+  std::copy_n(claims.rest.begin(), voxel_count(box.size()), out.begin());
+}
+
+std::optional<glm::dvec3> Resampler::rest_position(glm::dvec3 point_voxel) const {
+  return rest_position_of(state_->deformed, point_voxel);
+}
+
+std::int64_t count_folded_cells(const Lattice& lattice, WorkerPool& pool) {
+  const BrickGrid& grid = lattice.grid();
+  std::vector<std::int64_t> folded(static_cast<std::size_t>(grid.count()), 0);
+  pool.for_each(grid.count(), [&](std::int64_t b, int) {
+    // A cell belongs to the brick of its base; its moved corners may lie in the next ones.
+    const BrickIndex brick = grid.brick(b);
+    bool touched = false;
+    for (std::size_t k = 0; k < 8; ++k) {
+      const BrickIndex there = brick + BrickIndex(k & 1, (k >> 1) & 1, (k >> 2) & 1);
+      touched = touched || (grid.contains(there) && lattice.brick(grid.linear(there)));
+    }
+    if (!touched) return;
+    const VoxelBox box = grid.box(brick);
+    const VoxelBox cells{box.lo, glm::min(box.hi, grid.volume_size() - 1)};
+    constexpr float kFar = std::numeric_limits<float>::max();
+    for_each_moved_cell(lattice, cells, box.lo, glm::vec3(-kFar), glm::vec3(kFar),
+                        [&](const DeformedCell& cell, VoxelIndex, Float4, Float4) {
+                          folded[static_cast<std::size_t>(b)] += cell.folded();
+                        });
+  });
+  std::int64_t sum = 0;
+  for (const std::int64_t f : folded) sum += f;
+  return sum;
+}
+
+Volume resample_volume(const Volume& volume, const Lattice& lattice, ResampleMethod method,
+                       double background_value, WorkerPool& pool, ResampleCounts& counts) {
+  const trace::Span span("resample volume");
+  const Resampler resampler(volume, lattice, method, background_value);
+  const BrickGrid& grid = lattice.grid();
+  const std::size_t voxel_bytes = bytes_per_voxel(volume.type());
+  auto samples = std::make_shared<std::vector<std::byte>>(volume.bytes().size());
+  std::vector<ResampleCounts> by_worker(static_cast<std::size_t>(pool.thread_count()));
+  pool.for_each(grid.count(), [&](std::int64_t b, int worker) {
+    std::vector<std::byte> brick(kBrickVoxels * voxel_bytes);
+    by_worker[static_cast<std::size_t>(worker)] += resampler.resample(b, brick, false);
+    const VoxelBox box = grid.box(grid.brick(b));
+    const std::size_t row = static_cast<std::size_t>(box.size().x) * voxel_bytes;
+    const std::byte* from = brick.data();
+    for (int z = box.lo.z; z < box.hi.z; ++z) {
+      for (int y = box.lo.y; y < box.hi.y; ++y, from += row) {
+        const auto at = static_cast<std::size_t>(linear_index({box.lo.x, y, z}, volume.size()));
+        std::memcpy(samples->data() + at * voxel_bytes, from, row);
+      }
+    }
+  });
+  for (const ResampleCounts& c : by_worker) counts += c;
+  const std::span<const std::byte> bytes(*samples);
+  return Volume(volume.size(), volume.type(), volume.world_from_voxel(), bytes, std::move(samples));
+}
+
+}  // namespace maille

@@ -1,0 +1,186 @@
+#include "resample/rest_finder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "resample/corner_planes.h"
+
+namespace maille {
+namespace {
+
+// How far rounding may put a point on the wrong side of a cell's bounds.
+constexpr float kBoundsSlack_voxels = 1e-3f;
+// Neighbouring cells share bent faces; where one is inverted by tetrahedra a sliver may belong to
+// neither. The nearest miss within this share of a cell takes such a voxel.
+constexpr float kNearMiss_cells = 0.25f;
+constexpr float kInside_cells = 1e-4f;
+constexpr float kMissPenalty = 1e20f;
+// A point this close to an element takes its value unmixed, so that whole-voxel shifts copy.
+constexpr float kOnElement_cells = 1e-5f;
+
+struct Claim {
+  float score;
+  std::int64_t element;
+  glm::vec3 rest;
+};
+
+float largest(glm::vec3 v) { return std::max(std::max(v.x, v.y), v.z); }
+
+// Rest position of a point of a cell: its border cells are half a voxel long.
+glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size) {
+  glm::vec3 rest;
+  for (int c = 0; c < 3; ++c) {
+    const auto b = static_cast<float>(base[c]);
+    rest[c] = base[c] < 0 ? -0.5f + 0.5f * t[c] : base[c] == size[c] - 1 ? b + 0.5f * t[c] : b + t[c];
+  }
+  return rest;
+}
+
+// A point that misses its cell beyond the volume's border is outside the volume.
+bool beyond_border(VoxelIndex base, glm::vec3 t, Size3 size) {
+  for (int c = 0; c < 3; ++c) {
+    if (base[c] < 0 && t[c] < -kInside_cells) return true;
+    if (base[c] == size[c] - 1 && t[c] > 1.0f + kInside_cells) return true;
+  }
+  return false;
+}
+
+// What a cell has to say about a point: its rest position, and how good the claim is.
+std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inverse, VoxelIndex base,
+                              glm::vec3 point, const DeformedVolume& volume, float margin) {
+  const Size3 size = volume.size();
+  auto t = inverse(point, margin);
+  if (!t || beyond_border(base, *t, size)) return std::nullopt;
+  VoxelIndex element = base;
+  std::size_t corner = 0;
+  for (int c = 0; c < 3; ++c) {
+    float& s = (*t)[c];
+    const float whole = s < 0.5f ? 0.0f : 1.0f;
+    if (std::abs(s - whole) < kOnElement_cells) s = whole;
+    // The nearer end; of a border cell, the end that is an element.
+    const bool upper = base[c] < 0 || (base[c] < size[c] - 1 && s >= 0.5f);
+    corner |= static_cast<std::size_t>(upper) << c;
+    element[c] += upper;
+  }
+  const float excess = largest(glm::max(-*t, *t - 1.0f));
+  const Float4 at = cell.corner[corner];
+  const glm::vec3 away = (glm::vec3(at[0], at[1], at[2]) - point) * volume.spacing_mm;
+  const float score =
+      excess <= kInside_cells ? glm::dot(away, away) : kMissPenalty * (1.0f + excess);
+  return Claim{score, linear_index(element, size),
+               rest_in_cell(base, glm::clamp(*t, 0.0f, 1.0f), size)};
+}
+
+// Gives open voxels the rest positions that cells within `margin` of them claim.
+bool claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims,
+                  float margin) {
+  const bool only_uncovered = margin > kInside_cells;
+  const glm::ivec3 extent = box.size();
+  bool border_moved = false;
+  for (const DeformedVolume::Entry& entry : volume.entries) {
+    if (intersection(entry.covered, box).empty()) continue;
+    border_moved = border_moved || entry.at_border;
+    const VoxelBox cells = cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1));
+    const float slack = only_uncovered ? kNearMiss_cells : 0.0f;
+    for_each_moved_cell(
+        volume.lattice, cells, box.lo, glm::vec3(-slack), glm::vec3(extent - 1) + slack,
+        [&](const DeformedCell& cell, VoxelIndex base, Float4 lowest, Float4 highest) {
+          // Bounds are half open: a voxel on a face that two cells share is looked at once. One
+          // that rounding or a fold leaves out is found by the pass for the uncovered.
+          glm::ivec3 first, last;
+          for (int c = 0; c < 3; ++c) {
+            const float low = std::max(lowest[c] - slack, 0.0f);
+            const float high = highest[c] + slack;
+            first[c] = static_cast<int>(low);
+            first[c] += static_cast<float>(first[c]) < low;
+            last[c] = high > static_cast<float>(extent[c] - 1) ? extent[c] - 1
+                                                               : static_cast<int>(high);
+            last[c] -= static_cast<float>(last[c]) == high && !only_uncovered;
+            if (first[c] > last[c]) return;
+          }
+          std::optional<CellInverse> inverse;
+          for (int z = first.z; z <= last.z; ++z) {
+            for (int y = first.y; y <= last.y; ++y) {
+              for (int x = first.x; x <= last.x; ++x) {
+                const auto i = static_cast<std::size_t>((z * extent.y + y) * extent.x + x);
+                if (claims.score[i] == BrickClaims::kOwned) continue;
+                if (only_uncovered && claims.score[i] < kMissPenalty) continue;
+                if (!inverse) inverse.emplace(cell);
+                const auto claim =
+                    claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume, margin);
+                if (!claim || claim->score > claims.score[i] ||
+                    (claim->score == claims.score[i] && claim->element >= claims.element[i])) {
+                  continue;
+                }
+                claims.score[i] = claim->score;
+                claims.element[i] = claim->element;
+                claims.rest[i] = claim->rest;
+              }
+            }
+          }
+        });
+  }
+  return border_moved;
+}
+
+}  // namespace
+
+bool find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
+  const bool border_moved = claim_voxels(volume, box, claims, kInside_cells);
+  const auto end = claims.score.begin() + static_cast<std::ptrdiff_t>(voxel_count(box.size()));
+  if (std::find(claims.score.begin(), end, BrickClaims::kUncovered) != end) {
+    claim_voxels(volume, box, claims, kNearMiss_cells);
+  }
+  return border_moved;
+}
+
+std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dvec3 point_voxel) {
+  const Size3 size = volume.size();
+  for (int c = 0; c < 3; ++c) {
+    if (!(point_voxel[c] >= -0.5 && point_voxel[c] <= size[c] - 0.5)) return std::nullopt;
+  }
+  const auto origin = glm::ivec3(glm::floor(point_voxel));
+  const glm::vec3 point(point_voxel - glm::dvec3(origin));
+  std::optional<Claim> best;
+  for (const DeformedVolume::Entry& entry : volume.entries) {
+    const VoxelBox cells = cells_over(entry.reach, point_voxel, point_voxel);
+    for_each_moved_cell(
+        volume.lattice, cells, origin, point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
+        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+          const auto claim =
+              claim_of(cell, CellInverse(cell), base, point, volume, kNearMiss_cells);
+          if (!claim) return;
+          if (!best || claim->score < best->score ||
+              (claim->score == best->score && claim->element < best->element)) {
+            best = claim;
+          }
+        });
+  }
+  // The cell that holds the point at rest, if all of it rests.
+  bool rests = true;
+  for (int k = 0; k < 8; ++k) {
+    const VoxelIndex corner = origin + VoxelIndex(k & 1, (k >> 1) & 1, (k >> 2) & 1);
+    const VoxelIndex element = glm::clamp(corner, VoxelIndex(0), size - 1);
+    rests = rests && volume.lattice.u(element) == glm::ivec3(0);
+  }
+  if (rests) {
+    const glm::vec3 away = (point - glm::round(point)) * volume.spacing_mm;
+    if (!best || glm::dot(away, away) <= best->score) return point_voxel;
+  }
+  if (!best) return std::nullopt;
+  return glm::dvec3(best->rest);
+}
+
+bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3 origin,
+                    glm::vec3 point) {
+  bool covered = false;
+  for_each_moved_cell(volume.lattice, {element - 1, element + 1}, origin,
+                      point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
+                      [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+                        covered = covered || claim_of(cell, CellInverse(cell), base, point, volume,
+                                                      kInside_cells);
+                      });
+  return covered;
+}
+
+}  // namespace maille

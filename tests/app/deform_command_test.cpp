@@ -1,0 +1,231 @@
+#include <cmath>
+#include <cstring>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+#include "volume/volume_file.h"
+
+namespace maille::test {
+namespace {
+
+// Floats after the header of an uncompressed NRRD, read without any code of the program.
+std::vector<glm::vec3> read_field(const std::filesystem::path& path) {
+  const auto text = read_file(path);
+  const auto header = text.find("\n\n");
+  EXPECT_NE(header, std::string::npos);
+  EXPECT_NE(text.substr(0, header).find("type: float"), std::string::npos);
+  std::vector<glm::vec3> vectors((text.size() - header - 2) / sizeof(glm::vec3));
+  std::memcpy(vectors.data(), text.data() + header + 2, vectors.size() * sizeof(glm::vec3));
+  return vectors;
+}
+
+Volume load(const std::filesystem::path& path) {
+  auto volume = read_volume(path);
+  EXPECT_TRUE(volume.ok()) << volume.error().message;
+  return *std::move(volume);
+}
+
+// A smooth float volume with a grid that is neither isotropic nor aligned with the world.
+Volume smooth_volume(Size3 size) {
+  std::vector<float> samples;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        samples.push_back(static_cast<float>(100 + 20 * std::sin(0.21 * x) * std::cos(0.17 * y) +
+                                             10 * std::sin(0.13 * z + 0.1 * x)));
+      }
+    }
+  }
+  glm::dmat4 world_from_voxel(1.0);
+  world_from_voxel[0] = {0, 1.5, 0, 0};
+  world_from_voxel[1] = {-0.75, 0, 0, 0};
+  world_from_voxel[2] = {0, 0, 2, 0};
+  world_from_voxel[3] = {10, -20, 30, 1};
+  return Volume::of(size, VoxelType::float32, world_from_voxel, std::move(samples));
+}
+
+double trilinear(const Volume& volume, glm::dvec3 p) {
+  const auto at = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(volume.size() - 1));
+  const auto low = glm::min(glm::ivec3(glm::floor(at)), volume.size() - 2);
+  const auto f = at - glm::dvec3(low);
+  double sum = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::ivec3 o(corner & 1, (corner >> 1) & 1, corner >> 2);
+    const auto w = glm::dvec3(o) * f + (1.0 - glm::dvec3(o)) * (1.0 - f);
+    sum += w.x * w.y * w.z * volume.value_at(low + o);
+  }
+  return sum;
+}
+
+TEST(DeformCommand, WithoutActionsTheVolumeComesBackBitForBit) {
+  const Folder folder;
+  ASSERT_EQ(
+      run_maille({"phantom", "head", "--size", "33x40x35", "-o", folder("in.nrrd")}).exit_code, 0);
+  const auto run = run_maille({"deform", folder("in.nrrd"), "-o", folder("out.mha"), "--field",
+                               folder("field.nrrd"), "--forward-field", folder("forward.nrrd"),
+                               "--stats", folder("stats.json")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out + run.err, "");
+  const auto in = load(folder / "in.nrrd");
+  const auto out = load(folder / "out.mha");
+  EXPECT_EQ(in.size(), out.size());
+  ASSERT_EQ(in.bytes().size(), out.bytes().size());
+  EXPECT_EQ(std::memcmp(in.bytes().data(), out.bytes().data(), in.bytes().size()), 0);
+  for (const auto* const name : {"field.nrrd", "forward.nrrd"}) {
+    const auto field = read_field(folder / name);
+    ASSERT_EQ(field.size(), 33u * 40u * 35u);
+    for (const auto& v : field) ASSERT_EQ(v, glm::vec3(0.0f));
+  }
+  const auto stats = nlohmann::json::parse(read_file(folder / "stats.json"));
+  EXPECT_FALSE(stats.contains("chainmail") || stats.contains("device") ||
+               stats.contains("resample"));
+  EXPECT_GT(stats["machine"]["triad_gb_per_s"], 0.0);
+}
+
+TEST(DeformCommand, RigidMaterialMovesWholeByVoxelsOrMillimetres) {
+  const Folder folder;
+  const Size3 size{36, 34, 33};
+  ASSERT_TRUE(write_volume(folder / "in.nrrd", smooth_volume(size)).ok());
+  // (2, -1, 3) voxels are (0.75, 3, 6) mm with these axes.
+  for (const auto* const by :
+       {R"("by_voxels": [2, -1, 3])", R"("by_mm": [0.75, 3, 6], "steps": 3)"}) {
+    write_file(folder / "scene.json", std::string(R"({"volume": {"file": "in.nrrd"},
+        "materials": {"table": [{"values": [0, 1000], "compress": 1, "stretch": 1, "shear": 0}]},
+        "actions": [{"drag": {"from": {"voxel": [18, 17, 16]}, "radius_voxels": 2, )") +
+                                          by + "}}]}");
+    const auto run =
+        run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--forward-field",
+                    folder("forward.nrrd"), "--stats", folder("stats.json")});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const auto in = load(folder / "in.nrrd");
+    const auto out = load(folder / "out.nrrd");
+    for (int z = 3; z < size.z; ++z) {
+      for (int y = 0; y < size.y - 1; ++y) {
+        for (int x = 2; x < size.x; ++x) {
+          ASSERT_EQ(out.value_at({x, y, z}), in.value_at({x - 2, y + 1, z - 3}))
+              << x << " " << y << " " << z;
+        }
+      }
+    }
+    for (const auto& v : read_field(folder / "forward.nrrd")) {
+      ASSERT_LT(glm::distance(v, glm::vec3(0.75f, 3.0f, 6.0f)), 1e-5f);
+    }
+    const auto stats = nlohmann::json::parse(read_file(folder / "stats.json"));
+    EXPECT_EQ(stats["chainmail"]["violated_links"], 0);
+    EXPECT_EQ(stats["resample"]["folded_cells"], 0);
+    EXPECT_EQ(stats["resample"]["unfilled_voxels"], 0);
+    EXPECT_FALSE(stats.contains("relaxation"));
+  }
+}
+
+const char* const kElastic = R"({"volume": {"file": "in.nrrd"},
+    "materials": {"table": [{"values": [0, 1000], "compress": 0.7, "stretch": 1.4, "shear": 0.3}]},
+    "actions": [
+      {"drag": {"from": {"voxel": [20, 20, 20]}, "radius_voxels": 3, "by_voxels": [5, -4, 3],
+                "steps": 4, "name": "a"}},
+      {"relax": {"until_voxels": 0.3, "at_most_seconds": 2}},
+      {"drag": {"from": {"voxel": [30, 12, 25]}, "radius_voxels": 2, "by_mm": [1, 4, 2]}},
+      {"save": {"volume": "saved.nrrd", "field": "saved_field.nrrd"}}]})";
+
+// Follows the saved field from each voxel of the output and samples the input there.
+TEST(DeformCommand, TheSavedFieldLeadsBackToTheInput) {
+  const Folder folder;
+  const Size3 size{44, 40, 38};
+  ASSERT_TRUE(write_volume(folder / "in.nrrd", smooth_volume(size)).ok());
+  write_file(folder / "scene.json", kElastic);
+  const auto run = run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--field",
+                               folder("field.nrrd"), "--deterministic"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(read_file(folder / "out.nrrd"), read_file(folder / "saved.nrrd"));
+  EXPECT_EQ(read_file(folder / "field.nrrd"), read_file(folder / "saved_field.nrrd"));
+  const auto in = load(folder / "in.nrrd");
+  const auto out = load(folder / "out.nrrd");
+  const auto field = read_field(folder / "field.nrrd");
+  ASSERT_EQ(field.size(), static_cast<std::size_t>(voxel_count(size)));
+  const auto voxel_from_world = glm::inverse(in.world_from_voxel());
+  double worst = 0.0;
+  std::int64_t moved = 0;
+  for (int z = 2; z < size.z - 2; ++z) {
+    for (int y = 2; y < size.y - 2; ++y) {
+      for (int x = 2; x < size.x - 2; ++x) {
+        const VoxelIndex voxel{x, y, z};
+        const auto v = field[static_cast<std::size_t>(linear_index(voxel, size))];
+        const auto out_mm = transform_point(out.world_from_voxel(), glm::dvec3(voxel));
+        const auto from = transform_point(voxel_from_world, out_mm + glm::dvec3(v));
+        const double sampled = trilinear(in, from);
+        worst = std::max(worst, std::abs(sampled - out.value_at(voxel)));
+        moved += glm::length(v) > 0.1f ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(moved, 1000);
+  EXPECT_LT(worst, 0.02);  // of values in 70..130: what floats in the field leave
+}
+
+TEST(DeformCommand, DeterministicModeGivesTheSameBitsForAnyNumberOfThreads) {
+  const Folder folder;
+  ASSERT_TRUE(write_volume(folder / "in.nrrd", smooth_volume({70, 40, 38})).ok());
+  write_file(folder / "scene.json", kElastic);
+  std::string first;
+  std::string first_field;
+  for (const auto* const threads : {"1", "2"}) {
+    const auto run =
+        run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--field",
+                    folder("field.nrrd"), "--deterministic", "--threads", threads});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const auto volume = read_file(folder / "out.nrrd");
+    const auto field = read_file(folder / "field.nrrd");
+    if (first.empty()) {
+      first = volume;
+      first_field = field;
+      EXPECT_FALSE(first.empty());
+    }
+    EXPECT_EQ(volume, first);
+    EXPECT_EQ(field, first_field);
+  }
+}
+
+TEST(DeformCommand, UndoAndRedoAndReleaseAreActions) {
+  const Folder folder;
+  ASSERT_TRUE(write_volume(folder / "in.nrrd", smooth_volume({34, 33, 32})).ok());
+  const std::string drag =
+      R"({"drag": {"from": {"voxel": [16, 16, 16]}, "by_voxels": [4, 0, 0], "name": "a"}})";
+  const auto deformed = [&](const std::string& actions) {
+    write_file(folder / "scene.json",
+               R"({"volume": {"file": "in.nrrd"}, "actions": [)" + actions + "]}");
+    const auto run = run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_file(folder / "out.nrrd");
+  };
+  const auto dragged = deformed(drag);
+  const auto untouched = deformed("");
+  EXPECT_NE(dragged, untouched);
+  EXPECT_EQ(deformed(drag + R"(, {"undo": 1})"), untouched);
+  EXPECT_EQ(deformed(drag + R"(, {"undo": 1}, {"redo": 1})"), dragged);
+  EXPECT_EQ(deformed(drag + R"(, {"release": {"name": "a"}})"), dragged);
+
+  write_file(folder / "scene.json", R"({"volume": {"file": "in.nrrd"}, "actions": [)" + drag +
+                                        R"(, {"release": {"name": "b"}}]})");
+  const auto run = run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd")});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("actions[1].release: "), std::string::npos) << run.err;
+}
+
+TEST(DeformCommand, ATraceIsWritten) {
+  const Folder folder;
+  ASSERT_TRUE(write_volume(folder / "in.nrrd", smooth_volume({34, 33, 32})).ok());
+  write_file(folder / "scene.json", kElastic);
+  const auto run = run_maille(
+      {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--trace", folder("trace.json")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto text = read_file(folder / "trace.json");
+  EXPECT_TRUE(nlohmann::json::accept(text));
+  for (const auto* const span : {"load", "chainmail", "relaxation", "resample volume"}) {
+    EXPECT_NE(text.find(span), std::string::npos) << span;
+  }
+}
+
+}  // namespace
+}  // namespace maille::test

@@ -1,0 +1,77 @@
+#include "app/plan.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace maille {
+namespace {
+
+Scene scene_of(const std::string& members) {
+  auto scene = parse_scene(R"({"volume": {"phantom": "head"}, )" + members + "}", "s.json");
+  EXPECT_TRUE(scene.ok()) << scene.error().message;
+  return *std::move(scene);
+}
+
+bool left_out(const Plan& plan, const std::string& name) {
+  const auto names = plan.left_out();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+const std::string kDrag = R"({"drag": {"from": {"voxel": [1, 2, 3]}, "by_voxels": [1, 0, 0]}})";
+
+TEST(Plan, AStillPictureNeedsNeitherLatticeNorMaterials) {
+  const auto plan = plan_of(scene_of(R"("actions": [])"), {.pictures = true});
+  for (const auto* const name : {"chainmail", "relaxation", "resampling", "material_lookup",
+                                 "anchors", "pick_pass", "iso", "mip", "window"}) {
+    EXPECT_TRUE(left_out(plan, name)) << name;
+  }
+  EXPECT_FALSE(left_out(plan, "vulkan"));
+  EXPECT_FALSE(left_out(plan, "shading"));
+  EXPECT_FALSE(left_out(plan, "composite"));
+}
+
+TEST(Plan, DeformingNeedsNoVulkan) {
+  const auto plan = plan_of(scene_of(R"("actions": [)" + kDrag + "]"), {});
+  for (const auto* const name :
+       {"vulkan", "pick_pass", "shading", "composite", "iso", "window", "relaxation", "anchors"}) {
+    EXPECT_TRUE(left_out(plan, name)) << name;
+  }
+  EXPECT_TRUE(plan.chainmail);
+  EXPECT_TRUE(plan.material_lookup);
+}
+
+TEST(Plan, OneMaterialIsNotLookedUp) {
+  const auto plan = plan_of(
+      scene_of(R"("materials": {"table": [{"values": [0, 1]}]}, "actions": [)" + kDrag + "]"), {});
+  EXPECT_TRUE(left_out(plan, "material_lookup"));
+}
+
+TEST(Plan, RelaxationNeedsAnActionASwitchAndSomethingMoved) {
+  EXPECT_TRUE(plan_of(scene_of(R"("actions": [)" + kDrag + R"(, {"relax": {}}])"), {}).relaxation);
+  EXPECT_FALSE(plan_of(scene_of(R"("actions": [{"relax": {}}])"), {}).relaxation);
+  EXPECT_FALSE(plan_of(scene_of(R"("relaxation": {"enabled": false}, "actions": [)" + kDrag +
+                                R"(, {"relax": {}}])"),
+                       {})
+                   .relaxation);
+}
+
+TEST(Plan, PicksAndShadingFollowTheSceneAndTheCommand) {
+  const auto picked = scene_of(
+      R"("render": {"mode": "iso", "shading": false},
+         "actions": [{"drag": {"from": {"pixel": [1, 2]}, "by_voxels": [1, 0, 0]}}])");
+  const auto plan = plan_of(picked, {.pictures = true});
+  EXPECT_TRUE(plan.pick_pass);
+  EXPECT_FALSE(plan.shading);
+  EXPECT_TRUE(plan.iso);
+  EXPECT_FALSE(plan.composite);
+  EXPECT_TRUE(plan_of(scene_of(R"("actions": [])"), {.pictures = true, .picks = true}).pick_pass);
+}
+
+TEST(Plan, AWindowMayNeedEverything) {
+  const auto plan = plan_of(scene_of(R"("actions": [])"), {.window = true});
+  EXPECT_TRUE(plan.chainmail && plan.relaxation && plan.pick_pass && plan.vulkan && plan.window);
+}
+
+}  // namespace
+}  // namespace maille

@@ -1,0 +1,66 @@
+#include "app/statistics.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace maille {
+namespace {
+
+void expect_keys(const nlohmann::json& object, const std::vector<std::string>& keys) {
+  for (const auto& key : keys) EXPECT_TRUE(object.contains(key)) << key << " in " << object.dump();
+}
+
+TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
+  RunStatistics s;
+  s.machine.triad_gb_per_s = 1.0;
+  s.device.emplace();
+  s.chainmail.emplace();
+  s.relaxation.emplace();
+  s.resample.emplace();
+  s.upload.emplace();
+  s.frames.emplace().milliseconds = {3.0, 1.0, 2.0};
+  s.pick.emplace();
+  const auto json = nlohmann::json::parse(to_json(s));
+  expect_keys(json,
+              {"maille_stats", "version", "command", "machine", "device", "volume", "chainmail",
+               "relaxation", "resample", "upload", "frames", "memory", "left_out"});
+  expect_keys(json["machine"], {"threads", "triad_gb_per_s"});
+  expect_keys(json["device"], {"name", "driver", "sparse"});
+  expect_keys(json["volume"], {"size", "type", "bytes", "load_seconds"});
+  expect_keys(json["chainmail"], {"drags", "elements_moved", "seconds", "violated_links",
+                                  "worst_violation_voxels", "drag_clamped"});
+  expect_keys(json["relaxation"],
+              {"iterations", "element_updates", "seconds", "converged", "residual_voxels",
+               "energy_first", "energy_last", "energy_ever_rose"});
+  expect_keys(json["resample"], {"method", "voxels", "seconds", "folded_cells", "unfilled_voxels"});
+  expect_keys(json["upload"], {"bricks", "bytes", "seconds"});
+  expect_keys(json["frames"], {"count", "median_ms", "gpu_ms"});
+  expect_keys(json["frames"]["gpu_ms"], {"raycast", "upload", "pick"});
+  expect_keys(json["memory"], {"peak_rss_bytes", "lattice_bricks", "lattice_bytes",
+                               "gpu_pages_resident", "gpu_pages_total", "gpu_bytes"});
+  EXPECT_EQ(json["maille_stats"], 1);
+  EXPECT_EQ(json["frames"]["count"], 3);
+  EXPECT_EQ(json["frames"]["median_ms"], 2.0);
+}
+
+TEST(Statistics, WhatWasLeftOutIsAbsentAndNamed) {
+  RunStatistics s;
+  s.left_out = {"relaxation", "window"};
+  const auto json = nlohmann::json::parse(to_json(s));
+  for (const auto* const section :
+       {"device", "chainmail", "relaxation", "resample", "upload", "frames", "pick"}) {
+    EXPECT_FALSE(json.contains(section)) << section;
+  }
+  EXPECT_FALSE(json["machine"].contains("triad_gb_per_s"));
+  EXPECT_EQ(json["left_out"], nlohmann::json({"relaxation", "window"}));
+}
+
+TEST(Statistics, ProcessStartAndPeakMemoryAreKnown) {
+  const double running = seconds_since_process_start();
+  EXPECT_GE(running, -0.02);  // the kernel counts in hundredths
+  EXPECT_LT(running, 3600.0);
+  EXPECT_GT(peak_rss_bytes(), std::int64_t{1} << 20);
+}
+
+}  // namespace
+}  // namespace maille

@@ -1,0 +1,88 @@
+#include "core/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace maille {
+namespace {
+
+class Pool : public testing::TestWithParam<int> {};
+
+TEST_P(Pool, CallsEachIndexOnce) {
+  WorkerPool pool(GetParam());
+  EXPECT_EQ(pool.thread_count(), GetParam());
+  for (const std::int64_t count : {0, 1, 2, 7, 1000, 10000}) {
+    std::vector<std::atomic<int>> calls(static_cast<std::size_t>(count));
+    pool.for_each(count,
+                  [&](std::int64_t index, int) { ++calls[static_cast<std::size_t>(index)]; });
+    for (const auto& n : calls) ASSERT_EQ(n, 1) << count;
+  }
+}
+
+TEST_P(Pool, WorkersNeverShareTheirNumberAtOnce) {
+  WorkerPool pool(GetParam());
+  std::vector<std::atomic<int>> inside(static_cast<std::size_t>(GetParam()));
+  std::atomic<bool> is_shared{false};
+  pool.for_each(2000, [&](std::int64_t, int worker) {
+    if (worker < 0 || worker >= GetParam()) std::abort();
+    auto& mine = inside[static_cast<std::size_t>(worker)];
+    if (mine.fetch_add(1) != 0) is_shared = true;
+    mine.fetch_sub(1);
+  });
+  EXPECT_FALSE(is_shared);
+}
+
+TEST_P(Pool, ManyShortLoopsReturnAndSeeTheirOwnBody) {
+  WorkerPool pool(GetParam());
+  for (int loop = 0; loop < 3000; ++loop) {
+    std::atomic<int> sum{0};
+    pool.for_each(5, [&](std::int64_t index, int) { sum += loop + static_cast<int>(index); });
+    ASSERT_EQ(sum, 5 * loop + 10);
+  }
+}
+
+TEST_P(Pool, LoopsOfSeveralThreadsWaitForOneAnother) {
+  WorkerPool pool(GetParam());
+  std::atomic<int> owner{-1};
+  std::atomic<int> calls{0};
+  std::atomic<bool> is_mixed{false};
+  const auto caller = [&](int me) {
+    for (int loop = 0; loop < 50; ++loop) {
+      std::atomic<int> left{8};
+      pool.for_each(8, [&](std::int64_t, int) {
+        int nobody = -1;
+        if (!owner.compare_exchange_strong(nobody, me) && nobody != me) is_mixed = true;
+        ++calls;
+        if (--left == 0) owner = -1;
+      });
+    }
+  };
+  { std::jthread one(caller, 1), two(caller, 2), three(caller, 3); }
+  EXPECT_EQ(calls, 3 * 50 * 8);
+  EXPECT_FALSE(is_mixed);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, Pool, testing::Values(1, 2, 8));
+
+TEST(WorkerPool, ZeroAsksForOneAHardwareThread) {
+  WorkerPool pool(0);
+  EXPECT_EQ(pool.thread_count(),
+            static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+}
+
+TEST(WorkerPool, WhatALoopWroteIsSeenAfterIt) {
+  WorkerPool pool(4);
+  std::vector<int> plain(4096, 0);
+  for (int loop = 1; loop <= 20; ++loop) {
+    pool.for_each(4096, [&](std::int64_t i, int) { plain[static_cast<std::size_t>(i)] += loop; });
+  }
+  for (const int value : plain) ASSERT_EQ(value, 210);
+}
+
+}  // namespace
+}  // namespace maille

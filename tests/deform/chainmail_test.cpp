@@ -1,0 +1,388 @@
+#include "deform/chainmail.h"
+
+#include <cmath>
+#include <limits>
+#include <queue>
+
+#include <gtest/gtest.h>
+
+#include "tests/deform/scenes.h"
+
+namespace maille {
+namespace {
+
+using testing::constant_volume;
+using testing::equal;
+using testing::material;
+using testing::random_volume;
+using testing::table;
+
+ElementSet elements(std::initializer_list<VoxelIndex> voxels, const BrickGrid& grid) {
+  ElementSet set;
+  for (const VoxelIndex v : voxels) set.insert(v, grid);
+  return set;
+}
+
+// A row pulled at one end: each link takes what it may and hands on the rest.
+TEST(ChainMail, OneRow) {
+  const Size3 size{70, 1, 1};
+  const MaterialField field(constant_volume(size), table({material(0, 1, 0.5, 1.25, 0.1)}));
+  const Lattice rest(size);
+  const ElementSet handle = elements({{0, 0, 0}}, rest.grid());
+  const int drag = 10 * kUnitsPerVoxel;
+  const ChainMailAnswer pulled = solve_chainmail({rest, field, handle, {}, {}}, {-drag, 0, 0});
+  const ChainMailAnswer pushed = solve_chainmail({rest, field, handle, {}, {}}, {drag, 0, 0});
+  const ChainMailAnswer sheared = solve_chainmail({rest, field, handle, {}, {}}, {0, drag, 0});
+  for (int x = 0; x < size.x; ++x) {
+    EXPECT_EQ(pulled.lattice.u({x, 0, 0}), glm::ivec3(-std::max(0, drag - 128 * x), 0, 0)) << x;
+    EXPECT_EQ(pushed.lattice.u({x, 0, 0}), glm::ivec3(std::max(0, drag - 256 * x), 0, 0)) << x;
+    EXPECT_EQ(sheared.lattice.u({x, 0, 0}), glm::ivec3(0, std::max(0, drag - 51 * x), 0)) << x;
+  }
+  EXPECT_EQ(pulled.elements_moved, 40);
+  EXPECT_EQ(pushed.elements_moved, 20);
+  EXPECT_FALSE(pulled.clamped);
+}
+
+// One material answers with an octahedron of known half axes.
+TEST(ChainMail, OctahedronInOneMaterial) {
+  const Size3 size{80, 70, 75};
+  const MaterialField field(constant_volume(size), table({material(0, 1, 0.5, 1.75, 0.25)}));
+  const Lattice rest(size);
+  const VoxelIndex center{41, 33, 36};
+  const ElementSet handle = elements({center}, rest.grid());
+  const glm::ivec3 by{9 * kUnitsPerVoxel, -4 * kUnitsPerVoxel, 700};
+  const ChainMailAnswer answer = solve_chainmail({rest, field, handle, {}, {}}, by);
+  std::int64_t moved = 0;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        const glm::ivec3 away = VoxelIndex(x, y, z) - center;
+        glm::ivec3 expected;
+        for (int c = 0; c < 3; ++c) {
+          int used = 0;
+          for (int axis = 0; axis < 3; ++axis) {
+            const bool ahead = (away[axis] > 0) == (by[c] > 0);
+            used += std::abs(away[axis]) * (axis != c ? 128 : ahead ? 256 : 384);
+          }
+          expected[c] = std::max(0, std::abs(by[c]) - used) * (by[c] > 0 ? 1 : -1);
+        }
+        moved += expected != glm::ivec3(0);
+        ASSERT_EQ(answer.lattice.u({x, y, z}), expected) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+  EXPECT_EQ(answer.elements_moved, moved);
+  EXPECT_EQ(violations_of(answer.lattice, field).links, 0);
+}
+
+TEST(ChainMail, RigidBlockMovesWhole) {
+  const Size3 size{64, 40, 40};
+  std::vector<std::uint8_t> samples(static_cast<std::size_t>(voxel_count(size)), 0);
+  const VoxelBox block{{20, 10, 12}, {45, 30, 33}};
+  for (int z = block.lo.z; z < block.hi.z; ++z) {
+    for (int y = block.lo.y; y < block.hi.y; ++y) {
+      for (int x = block.lo.x; x < block.hi.x; ++x) {
+        samples[static_cast<std::size_t>(linear_index({x, y, z}, size))] = 1;
+      }
+    }
+  }
+  const MaterialField field(
+      Volume::of(size, VoxelType::uint8, axis_aligned(glm::dvec3(1)), std::move(samples)),
+      table({material(0, 1, 0.5, 1.5, 0.2), material(1, 2, 1, 1, 0)}));
+  const Lattice rest(size);
+  const glm::ivec3 by{1234, -777, 42};
+  const ChainMailAnswer answer =
+      solve_chainmail({rest, field, elements({{30, 20, 20}}, rest.grid()), {}, {}}, by);
+  for (int z = block.lo.z; z < block.hi.z; ++z) {
+    for (int y = block.lo.y; y < block.hi.y; ++y) {
+      for (int x = block.lo.x; x < block.hi.x; ++x) {
+        ASSERT_EQ(answer.lattice.u({x, y, z}), by);
+      }
+    }
+  }
+  EXPECT_EQ(violations_of(answer.lattice, field).links, 0);
+}
+
+// Dijkstra's algorithm on one component of the whole lattice in plain arrays: shares no code with
+// the solver but the definition.
+class Reference {
+ public:
+  Reference(const Volume& volume, std::vector<Material> materials)
+      : volume_(volume), materials_(std::move(materials)) {}
+
+  const Material& of(VoxelIndex v) const {
+    return materials_[static_cast<std::size_t>(volume_.value_at(v))];
+  }
+
+  // Displacements after the drag, and by how much of it.
+  struct Answer {
+    std::vector<glm::ivec3> u;
+    glm::ivec3 moved_by{0};
+  };
+  Answer drag(const std::vector<glm::ivec3>& start, const std::vector<VoxelIndex>& handle,
+              const std::vector<VoxelIndex>& pinned, std::uint8_t faces, glm::ivec3 by) const {
+    const Size3 size = volume_.size();
+    const auto index = [&](VoxelIndex v) { return static_cast<std::size_t>(linear_index(v, size)); };
+    Answer answer{start, by};
+    for (int c = 0; c < 3; ++c) {
+      const std::int64_t sign = by[c] < 0 ? -1 : 1;
+      const std::int64_t drag = std::abs(by[c]);
+      std::vector<std::int64_t> label(start.size(), 0);
+      using Item = std::pair<std::int64_t, std::size_t>;
+      std::priority_queue<Item> queue;
+      for (const VoxelIndex h : handle) {
+        label[index(h)] = drag;
+        queue.push({drag, index(h)});
+      }
+      while (!queue.empty()) {
+        const auto [value, at] = queue.top();
+        queue.pop();
+        if (value < label[at]) continue;
+        const VoxelIndex i{static_cast<int>(at) % size.x, static_cast<int>(at) / size.x % size.y,
+                           static_cast<int>(at) / size.x / size.y};
+        for (int axis = 0; axis < 3; ++axis) {
+          for (const int side : {-1, 1}) {
+            VoxelIndex j = i;
+            j[axis] += side;
+            if (!contains(size, j)) continue;
+            const VoxelIndex low = side > 0 ? i : j;
+            const VoxelIndex high = side > 0 ? j : i;
+            const std::int64_t stretch = start[index(high)][c] - start[index(low)][c];
+            const auto mean = [&](const glm::dvec3 Material::*limit, int of_component) {
+              return 0.5 * ((of(low).*limit)[of_component] + (of(high).*limit)[of_component]);
+            };
+            const double shear = mean(&Material::shear, c);
+            const double least = axis == c ? mean(&Material::compress, axis) - 1.0 : -shear;
+            const double most = axis == c ? mean(&Material::stretch, axis) - 1.0 : shear;
+            const auto bound_low = static_cast<std::int64_t>(std::ceil(least * 512 - 1e-9));
+            const auto bound_high = static_cast<std::int64_t>(std::floor(most * 512 + 1e-9));
+            // i moves towards j, and may until the link is as short as it gets; or away from it,
+            // until it is as long.
+            const bool towards = (side > 0) == (sign > 0);
+            const std::int64_t slack =
+                std::max<std::int64_t>(0, towards ? stretch - bound_low : bound_high - stretch);
+            const std::int64_t pushed = value - slack;
+            if (pushed > label[index(j)]) {
+              label[index(j)] = pushed;
+              queue.push({pushed, index(j)});
+            }
+          }
+        }
+      }
+      std::int64_t held_back = 0;
+      for (std::size_t at = 0; at < label.size(); ++at) {
+        const VoxelIndex i{static_cast<int>(at) % size.x, static_cast<int>(at) / size.x % size.y,
+                           static_cast<int>(at) / size.x / size.y};
+        const bool fixed = of(i).fixed || (faces_of(i, size) & faces);
+        if (fixed) held_back = std::max(held_back, label[at]);
+      }
+      for (const VoxelIndex p : pinned) held_back = std::max(held_back, label[index(p)]);
+      for (std::size_t at = 0; at < label.size(); ++at) {
+        answer.u[at][c] += static_cast<int>(sign * std::max<std::int64_t>(0, label[at] - held_back));
+      }
+      answer.moved_by[c] = static_cast<int>(sign * (drag - held_back));
+    }
+    return answer;
+  }
+
+ private:
+  const Volume& volume_;
+  std::vector<Material> materials_;
+};
+
+class ChainMailProperty : public ::testing::TestWithParam<int> {};
+
+// Random materials, anchors and sequences of drags from where the last one ended: the solver and
+// the reference agree in every bit, and nothing is violated.
+TEST_P(ChainMailProperty, EqualsDijkstra) {
+  const auto seed = static_cast<unsigned>(GetParam());
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const Size3 size{1 + below(70), 1 + below(50), 1 + below(40)};
+  const int kinds = 1 + below(4);
+  const Volume volume = random_volume(size, kinds, 1 + below(6), seed);
+  std::vector<Material> materials;
+  for (int k = 0; k < kinds; ++k) {
+    Material m = material(k, k + 1, 1, 1, 0);
+    if (below(4) != 0) {
+      for (int axis = 0; axis < 3; ++axis) {
+        m.compress[axis] = uniform(0.0, 1.0);
+        m.stretch[axis] = 1.0 + uniform(0.0, below(3) == 0 ? 3.0 : 0.5);
+        m.shear[axis] = below(4) == 0 ? 0.0 : uniform(0.0, 0.6);
+      }
+    }
+    m.fixed = k == 3;
+    materials.push_back(m);
+  }
+  const MaterialField field(volume, table(materials));
+  const Reference reference(volume, materials);
+  const auto faces = static_cast<std::uint8_t>(below(3) == 0 ? 1 << below(6) : 0);
+  Lattice lattice(size);
+  std::vector<glm::ivec3> u(static_cast<std::size_t>(voxel_count(size)), glm::ivec3(0));
+  for (int drag = 0; drag < 4; ++drag) {
+    std::vector<VoxelIndex> handle, pinned;
+    ElementSet handle_set, pinned_set;
+    for (int n = 1 + below(5); n > 0; --n) {
+      handle.emplace_back(below(size.x), below(size.y), below(size.z));
+      handle_set.insert(handle.back(), lattice.grid());
+    }
+    for (int n = below(3); n > 0; --n) {
+      const VoxelIndex v{below(size.x), below(size.y), below(size.z)};
+      if (handle_set.contains(v, lattice.grid())) continue;
+      pinned.push_back(v);
+      pinned_set.insert(v, lattice.grid());
+    }
+    const glm::ivec3 by{below(20000) - 10000, below(3) == 0 ? 0 : below(8000) - 4000,
+                        below(400) - 200};
+    const auto expected = reference.drag(u, handle, pinned, faces, by);
+    const ChainMailAnswer answer =
+        solve_chainmail({lattice, field, handle_set, pinned_set, {faces, false}}, by);
+    ASSERT_EQ(answer.moved_by, expected.moved_by) << "drag " << drag;
+    EXPECT_EQ(answer.clamped, expected.moved_by != by);
+    std::size_t i = 0;
+    for (int z = 0; z < size.z; ++z) {
+      for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x, ++i) {
+          ASSERT_EQ(answer.lattice.u({x, y, z}), expected.u[i])
+              << "drag " << drag << " at " << x << ' ' << y << ' ' << z;
+        }
+      }
+    }
+    ASSERT_EQ(violations_of(answer.lattice, field).links, 0);
+    lattice = answer.lattice;
+    u = expected.u;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, ChainMailProperty, ::testing::Range(1, 41));
+
+TEST(ChainMail, StopsExactlyAtAnAnchor) {
+  const Size3 size{50, 3, 3};
+  Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.25)}),
+                    {face_low_x, false});
+  ASSERT_TRUE(deformer.begin_stroke({20, 1, 1}, 0).ok());
+  const auto report = deformer.drag_to({30, 0, 0});
+  ASSERT_TRUE(report.ok());
+  // 20 links stretched by half a voxel each, and not a unit more.
+  EXPECT_TRUE(report->clamped);
+  EXPECT_EQ(report->moved_by_voxels, glm::dvec3(10, 0, 0));
+  EXPECT_EQ(deformer.lattice().u({0, 1, 1}), glm::ivec3(0));
+  EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials()).links, 0);
+  const auto within = deformer.drag_to({10, 0, 0});
+  ASSERT_TRUE(within.ok());
+  EXPECT_FALSE(within->clamped);
+}
+
+TEST(ChainMail, AViolatedStartGetsNoWorse) {
+  const Size3 size{40, 1, 1};
+  const MaterialField field(constant_volume(size), table({material(0, 1, 0.9, 1.1, 0.1)}));
+  // A jump of two voxels where a tenth is allowed, as no drag but only relaxation could leave it.
+  auto brick = std::make_shared<LatticeBrick>();
+  for (int x = 10; x < 32; ++x) brick->u[0][x] = 1024;
+  brick->update_bounds({{0, 0, 0}, {32, 1, 1}});
+  Lattice start(size);
+  start.set(0, brick);
+  const Violations before = violations_of(start, field);
+  EXPECT_GT(before.links, 0);
+  const ChainMailAnswer answer = solve_chainmail(
+      {start, field, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
+  const Violations after = violations_of(answer.lattice, field);
+  EXPECT_LE(after.links, before.links);
+  EXPECT_LE(after.worst_voxels, before.worst_voxels);
+}
+
+TEST(Deformer, AStrokeIsAFunctionOfItsTotalDrag) {
+  const Size3 size{60, 60, 60};
+  Deformer deformer(random_volume(size, 3, 4, 7),
+                    table({material(0, 1, 0.5, 1.5, 0.2), material(1, 2, 0.9, 1.1, 0.05),
+                           material(2, 3, 1, 1, 0)}),
+                    {});
+  ASSERT_TRUE(deformer.begin_stroke({30, 30, 30}, 3, "a").ok());
+  ASSERT_TRUE(deformer.drag_to({8, -3, 2}).ok());
+  const Lattice once = deformer.lattice();
+  for (const double x : {2.0, 20.0, -4.0, 8.0}) ASSERT_TRUE(deformer.drag_to({x, -3, 2}).ok());
+  EXPECT_TRUE(equal(deformer.lattice(), once));
+  ASSERT_TRUE(deformer.drag_to({0, 0, 0}).ok());
+  EXPECT_TRUE(deformer.lattice().at_rest());
+  ASSERT_TRUE(deformer.drag_to({5, 0, 0}).ok());
+  deformer.cancel_stroke();
+  EXPECT_TRUE(deformer.lattice().at_rest());
+  EXPECT_TRUE(deformer.handle_names().empty());
+}
+
+TEST(Deformer, UndoAndRedoRestoreEveryBit) {
+  const Size3 size{50, 50, 50};
+  Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
+  std::vector<Lattice> states{deformer.lattice()};
+  for (int n = 0; n < 3; ++n) {
+    ASSERT_TRUE(deformer.begin_stroke({10 + 12 * n, 25, 25}, 1).ok());
+    ASSERT_TRUE(deformer.drag_to({0, 4.5 + n, 1}).ok());
+    deformer.end_stroke();
+    states.push_back(deformer.lattice());
+  }
+  EXPECT_EQ(deformer.handle_names().size(), 3u);
+  for (std::size_t n = 3; n-- > 0;) {
+    ASSERT_TRUE(deformer.undo());
+    EXPECT_TRUE(equal(deformer.lattice(), states[n]));
+  }
+  EXPECT_FALSE(deformer.undo());
+  for (std::size_t n = 1; n <= 3; ++n) {
+    ASSERT_TRUE(deformer.redo());
+    EXPECT_TRUE(equal(deformer.lattice(), states[n]));
+  }
+  EXPECT_FALSE(deformer.redo());
+  EXPECT_EQ(deformer.handle_names().size(), 3u);
+}
+
+TEST(Deformer, RefusesWhatCannotBeDone) {
+  Deformer deformer(constant_volume({10, 10, 10}), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(deformer.drag_to({1, 0, 0}).ok());
+  EXPECT_FALSE(deformer.begin_stroke({10, 0, 0}, 1).ok());
+  EXPECT_FALSE(deformer.begin_stroke({0, 0, 0}, -1).ok());
+  EXPECT_FALSE(deformer.begin_stroke({0, 0, 0}, nan).ok());
+  ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
+  EXPECT_FALSE(deformer.begin_stroke({5, 5, 5}, 1).ok());
+  EXPECT_FALSE(deformer.drag_to({nan, 0, 0}).ok());
+  EXPECT_FALSE(deformer.drag_to({0, 1.1e6, 0}).ok());
+  EXPECT_TRUE(deformer.drag_to({0, 1e6, 0}).ok());
+  EXPECT_TRUE(deformer.drag_to({0, 1e-6, 0}).ok());
+  EXPECT_FALSE(deformer.release("nobody").ok());
+}
+
+TEST(Deformer, GrabsWhatMayMoveAndTakesPinnedHandlesAlong) {
+  const Size3 size{30, 30, 30};
+  std::vector<std::uint8_t> samples(static_cast<std::size_t>(voxel_count(size)), 0);
+  for (int z = 0; z < 15; ++z) {
+    for (int i = 0; i < 900; ++i) samples[static_cast<std::size_t>(z * 900 + i)] = 1;
+  }
+  Deformer deformer(
+      Volume::of(size, VoxelType::uint8, axis_aligned(glm::dvec3(1)), std::move(samples)),
+      table({material(0, 1, 0.2, 3, 1), material(1, 2, 1, 1, 0, 1000, true)}), {});
+  // The ball reaches into what is fixed; the skin over it still moves.
+  ASSERT_TRUE(deformer.begin_stroke({15, 15, 17}, 4, "skin").ok());
+  auto report = deformer.drag_to({0, 0, 0.5});
+  ASSERT_TRUE(report.ok());
+  EXPECT_FALSE(report->clamped);
+  deformer.end_stroke();
+  ASSERT_TRUE(deformer.begin_stroke({15, 15, 18}, 1).ok());
+  report = deformer.drag_to({0, 0, 0.25});
+  ASSERT_TRUE(report.ok());
+  EXPECT_FALSE(report->clamped);
+  deformer.end_stroke();
+  EXPECT_EQ(deformer.handle_names(), std::vector<std::string>{"skin"});
+  EXPECT_EQ(deformer.lattice().u({15, 15, 15}).z, 384);
+  // A handle of fixed elements alone says that it is held.
+  ASSERT_TRUE(deformer.begin_stroke({15, 15, 5}, 2).ok());
+  report = deformer.drag_to({1, 0, 0});
+  ASSERT_TRUE(report.ok());
+  EXPECT_TRUE(report->clamped);
+  EXPECT_EQ(report->moved_by_voxels, glm::dvec3(0));
+}
+
+}  // namespace
+}  // namespace maille

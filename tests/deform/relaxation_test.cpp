@@ -1,0 +1,304 @@
+#include "deform/relaxation.h"
+
+#include <cmath>
+
+#include <Eigen/Sparse>
+#include <gtest/gtest.h>
+
+#include "tests/deform/scenes.h"
+
+namespace maille {
+namespace {
+
+using testing::constant_volume;
+using testing::equal;
+using testing::material;
+using testing::random_volume;
+using testing::table;
+
+constexpr AnchorRules kFree{0, true};
+
+Lattice lattice_of(Size3 size, const std::vector<glm::ivec3>& u) {
+  Lattice lattice(size);
+  const BrickGrid& grid = lattice.grid();
+  for (std::int64_t b = 0; b < grid.count(); ++b) {
+    auto brick = std::make_shared<LatticeBrick>();
+    const VoxelBox box = grid.box(grid.brick(b));
+    for (int z = box.lo.z; z < box.hi.z; ++z) {
+      for (int y = box.lo.y; y < box.hi.y; ++y) {
+        for (int x = box.lo.x; x < box.hi.x; ++x) {
+          for (int c = 0; c < 3; ++c) {
+            brick->u[c][element_in_brick({x, y, z})] =
+                u[static_cast<std::size_t>(linear_index({x, y, z}, size))][c];
+          }
+        }
+      }
+    }
+    brick->update_bounds(box);
+    lattice.set(b, std::move(brick));
+  }
+  return lattice;
+}
+
+RelaxationProgress run(Relaxation& relaxation, int most_iterations) {
+  RelaxationProgress progress = relaxation.progress();
+  for (int i = 0; i < most_iterations && !progress.converged; ++i) progress = relaxation.iterate();
+  return progress;
+}
+
+// Two springs in series, of different stiffness, one end held and the other pulled by D: the middle
+// settles at D k2 / (k1 + k2), where a spring between materials is two halves in series.
+TEST(Relaxation, SpringPair) {
+  const Size3 size{3, 1, 1};
+  std::vector<std::uint8_t> samples{0, 0, 1};
+  const MaterialField field(
+      Volume::of(size, VoxelType::uint8, axis_aligned({0.7, 1, 1}), std::move(samples)),
+      table({material(0, 1, 0.1, 9, 1, 2.0), material(1, 2, 0.1, 9, 1, 6.0)}));
+  const double k1 = 2.0;
+  const double k2 = 2.0 / (1.0 / 2.0 + 1.0 / 6.0);
+  const int pull = 3 * kUnitsPerVoxel;
+  const Lattice start = lattice_of(size, {{0, 0, 0}, {0, 0, 0}, {pull, 0, 0}});
+  ElementSet held;
+  held.insert({0, 0, 0}, start.grid());
+  held.insert({2, 0, 0}, start.grid());
+  WorkerPool pool(1);
+  for (const double blend : {0.0, 0.25, 1.0}) {
+    RelaxationOptions options;
+    options.tolerance_voxels = 1e-4;
+    options.rest_vector_blend = blend;
+    Relaxation relaxation(start, field, held, kFree, pool, options);
+    const auto progress = run(relaxation, 1000);
+    EXPECT_TRUE(progress.converged);
+    EXPECT_FALSE(progress.energy_ever_rose);
+    EXPECT_NEAR(relaxation.lattice().displacement_voxels({1, 0, 0}).x, 3.0 * k2 / (k1 + k2), 0.002);
+  }
+}
+
+// A bar hung at one end and pulled at the other: each spring takes its share of the pull in
+// proportion to its compliance.
+TEST(Relaxation, HangingBar) {
+  const int n = 45;  // crosses a brick border
+  const Size3 size{1, 1, n};
+  const Volume volume = random_volume(size, 3, 1, 11, {1, 1, 0.8});
+  const std::vector<double> stiffness{1.0, 4.0, 20.0};
+  const MaterialField field(volume, table({material(0, 1, 0.1, 9, 1, 1.0),
+                                           material(1, 2, 0.1, 9, 1, 4.0),
+                                           material(2, 3, 0.1, 9, 1, 20.0)}));
+  const auto compliance = [&](int z) {
+    return 1.0 / stiffness[static_cast<std::size_t>(volume.value_at({0, 0, z}))];
+  };
+  const double pull = 6.0;
+
+  std::vector<glm::ivec3> u(static_cast<std::size_t>(n), glm::ivec3(0));
+  u.back().z = static_cast<int>(pull * kUnitsPerVoxel);
+  const Lattice start = lattice_of(size, u);
+  ElementSet held;
+  held.insert({0, 0, 0}, start.grid());
+  held.insert({0, 0, n - 1}, start.grid());
+  WorkerPool pool(2);
+  RelaxationOptions options;
+  options.tolerance_voxels = 1e-3;
+  Relaxation relaxation(start, field, held, kFree, pool, options);
+  const auto progress = run(relaxation, 200000);
+  EXPECT_TRUE(progress.converged);
+  EXPECT_FALSE(progress.energy_ever_rose);
+  const Lattice lattice = relaxation.lattice();
+  double total = 0.0;
+  for (int z = 1; z < n; ++z) total += 0.5 * (compliance(z) + compliance(z - 1));
+  double share = 0.0;
+  for (int z = 1; z < n; ++z) {
+    share += 0.5 * (compliance(z) + compliance(z - 1));
+    EXPECT_NEAR(lattice.displacement_voxels({0, 0, z}).z, pull * share / total, 0.01) << z;
+  }
+}
+
+// Newton's method in double precision with a sparse factorisation, written from the energy alone.
+std::vector<glm::dvec3> equilibrium(const Volume& volume, const std::vector<double>& stiffness,
+                                    const std::vector<bool>& held, std::vector<glm::dvec3> u_mm,
+                                    double blend) {
+  const Size3 size = volume.size();
+  const auto index = [&](VoxelIndex v) { return static_cast<int>(linear_index(v, size)); };
+  struct Spring {
+    int i, j;
+    double k;
+    glm::dvec3 rest;  // X_j - X_i
+  };
+  std::vector<Spring> springs;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        const VoxelIndex i{x, y, z};
+        for (const glm::ivec3 o : {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0), glm::ivec3(0, 0, 1),
+                                   glm::ivec3(1, 1, 0), glm::ivec3(1, -1, 0), glm::ivec3(1, 0, 1),
+                                   glm::ivec3(1, 0, -1), glm::ivec3(0, 1, 1), glm::ivec3(0, 1, -1)}) {
+          const VoxelIndex j = i + o;
+          if (!contains(size, j)) continue;
+          const double si = 1.0 / stiffness[static_cast<std::size_t>(volume.value_at(i))];
+          const double sj = 1.0 / stiffness[static_cast<std::size_t>(volume.value_at(j))];
+          springs.push_back({index(i), index(j), 2.0 / (si + sj),
+                             glm::dvec3(o) * volume.spacing_mm()});
+        }
+      }
+    }
+  }
+  const int n = static_cast<int>(u_mm.size());
+  for (int step = 0; step < 60; ++step) {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * n);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (const Spring& s : springs) {
+      const glm::dvec3 du = u_mm[static_cast<std::size_t>(s.j)] - u_mm[static_cast<std::size_t>(s.i)];
+      const glm::dvec3 p = s.rest + du;
+      const double l = glm::length(p);
+      const double d = glm::length(s.rest);
+      const glm::dvec3 direction = p / l;
+      const glm::dvec3 f = s.k * ((1 - blend) * (l - d) * direction + blend * du);
+      for (int a = 0; a < 3; ++a) {
+        force[3 * s.i + a] += f[a];
+        force[3 * s.j + a] -= f[a];
+        for (int b = 0; b < 3; ++b) {
+          const double same = a == b ? 1.0 : 0.0;
+          const double h =
+              s.k * ((1 - blend) * (direction[a] * direction[b] * (d / l) +
+                                    same * std::max(0.0, 1 - d / l)) + blend * same);
+          entries.emplace_back(3 * s.i + a, 3 * s.i + b, h);
+          entries.emplace_back(3 * s.j + a, 3 * s.j + b, h);
+          entries.emplace_back(3 * s.i + a, 3 * s.j + b, -h);
+          entries.emplace_back(3 * s.j + a, 3 * s.i + b, -h);
+        }
+      }
+    }
+    for (auto& entry : entries) {
+      const bool row = held[static_cast<std::size_t>(entry.row() / 3)];
+      const bool column = held[static_cast<std::size_t>(entry.col() / 3)];
+      if (row || column) entry = {entry.row(), entry.col(), 0.0};
+    }
+    for (int i = 0; i < n; ++i) {
+      if (!held[static_cast<std::size_t>(i)]) continue;
+      for (int a = 0; a < 3; ++a) {
+        force[3 * i + a] = 0.0;
+        entries.emplace_back(3 * i + a, 3 * i + a, 1.0);
+      }
+    }
+    Eigen::SparseMatrix<double> hessian(3 * n, 3 * n);
+    hessian.setFromTriplets(entries.begin(), entries.end());
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(hessian);
+    const Eigen::VectorXd move = solver.solve(force);
+    for (int i = 0; i < n; ++i) {
+      for (int a = 0; a < 3; ++a) u_mm[static_cast<std::size_t>(i)][a] += move[3 * i + a];
+    }
+    if (move.norm() < 1e-11) break;
+  }
+  return u_mm;
+}
+
+class RelaxationReference : public ::testing::TestWithParam<int> {};
+
+TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
+  const int seed = GetParam();
+  const Size3 size{9, 8, 7};
+  const glm::dvec3 spacing_mm{1.0, 0.8, 1.5};
+  const std::vector<double> stiffness{1.0, seed % 2 ? 10.0 : 100.0, 0.3};
+  const Volume volume = random_volume(size, 3, 2, static_cast<unsigned>(seed), spacing_mm);
+  Deformer deformer(volume,
+                    table({material(0, 1, 0.5, 1.6, 0.24, stiffness[0]),
+                           material(1, 2, 0.5, 1.6, 0.24, stiffness[1]),
+                           material(2, 3, 0.5, 1.6, 0.24, stiffness[2])}),
+                    {});
+  ASSERT_TRUE(deformer.begin_stroke({4, 4, 3}, 1).ok());
+  ASSERT_TRUE(deformer.drag_to({1.1, -0.4, 0.5}).ok());
+  deformer.end_stroke();
+  const ElementSet handle = ball_of_elements({4, 4, 3}, 1, deformer.lattice().grid());
+  std::vector<glm::dvec3> start;
+  std::vector<bool> held;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        start.push_back(deformer.lattice().displacement_voxels({x, y, z}) * spacing_mm);
+        held.push_back(handle.contains({x, y, z}, deformer.lattice().grid()) ||
+                       faces_of({x, y, z}, size) != 0);
+      }
+    }
+  }
+  RelaxationOptions options;
+  options.tolerance_voxels = 0.001;
+  WorkerPool pool(2);
+  Relaxation relaxation = deformer.relax(pool, options);
+  const auto progress = run(relaxation, 100000);
+  EXPECT_TRUE(progress.converged);
+  EXPECT_FALSE(progress.energy_ever_rose);
+  EXPECT_LE(progress.energy_last, progress.energy_first);
+  const auto expected = equilibrium(volume, stiffness, held, start, options.rest_vector_blend);
+  const Lattice lattice = relaxation.lattice();
+  double worst = 0.0;
+  std::size_t i = 0;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x, ++i) {
+        const glm::dvec3 away =
+            lattice.displacement_voxels({x, y, z}) - expected[i] / spacing_mm;
+        worst = std::max(worst, glm::length(away));
+        if (held[i]) {
+          EXPECT_EQ(lattice.u({x, y, z}), deformer.lattice().u({x, y, z}));
+        }
+      }
+    }
+  }
+  EXPECT_LT(worst, 0.005);  // tolerance, and rounding to 1/512 voxel
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, RelaxationReference, ::testing::Range(1, 7));
+
+TEST(Relaxation, SameBitsForAnyNumberOfThreads) {
+  const Size3 size{80, 70, 66};
+  const Volume volume = random_volume(size, 2, 5, 3);
+  std::optional<Lattice> first;
+  for (const int threads : {1, 2, 3, 8}) {
+    Deformer deformer(volume, table({material(0, 1, 0.4, 2, 0.3, 1), material(1, 2, 0.9, 1.1, 0.05, 50)}),
+                      {});
+    ASSERT_TRUE(deformer.begin_stroke({40, 35, 33}, 3).ok());
+    ASSERT_TRUE(deformer.drag_to({0, -9, 4}).ok());
+    WorkerPool pool(threads);
+    Relaxation relaxation = deformer.relax(pool, {});
+    run(relaxation, 40);
+    const Lattice lattice = relaxation.lattice();
+    if (!first) {
+      first = lattice;
+    } else {
+      EXPECT_TRUE(equal(lattice, *first)) << threads << " threads";
+    }
+  }
+}
+
+// Pulled, let go and held by nothing but the border: everything springs back.
+TEST(Relaxation, SpringsBackWhenReleased) {
+  const Size3 size{24, 24, 24};
+  Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.24)}), {});
+  ASSERT_TRUE(deformer.begin_stroke({12, 12, 12}, 1, "pull").ok());
+  ASSERT_TRUE(deformer.drag_to({1.5, 0, 0}).ok());
+  deformer.end_stroke();
+  ASSERT_TRUE(deformer.release("pull").ok());
+  WorkerPool pool(2);
+  RelaxationOptions options;
+  options.tolerance_voxels = 0.001;
+  Relaxation relaxation = deformer.relax(pool, options);
+  const auto progress = run(relaxation, 20000);
+  EXPECT_TRUE(progress.converged);
+  deformer.adopt(relaxation.lattice());
+  for (int x = 0; x < size.x; ++x) {
+    EXPECT_LT(glm::length(deformer.lattice().displacement_voxels({x, 12, 12})), 0.01);
+  }
+  ASSERT_TRUE(deformer.undo());
+}
+
+TEST(Relaxation, NothingToDoIsConverged) {
+  const Size3 size{10, 10, 10};
+  Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.24)}), {});
+  WorkerPool pool(1);
+  Relaxation relaxation = deformer.relax(pool, {});
+  EXPECT_TRUE(relaxation.iterate().converged);
+  EXPECT_EQ(relaxation.progress().element_updates, 0);
+  EXPECT_EQ(relaxation.bytes(), 0);
+}
+
+}  // namespace
+}  // namespace maille

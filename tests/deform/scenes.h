@@ -1,0 +1,67 @@
+// Small volumes and tables for the tests of this room.
+#pragma once
+
+#include <random>
+#include <vector>
+
+#include "deform/deformer.h"
+
+namespace maille::testing {
+
+inline Material material(double value_low, double value_high, double compress, double stretch,
+                         double shear, double stiffness = 1.0, bool fixed = false) {
+  Material m;
+  m.name = "m" + std::to_string(static_cast<int>(value_low));
+  m.value_low = value_low;
+  m.value_high = value_high;
+  m.compress = glm::dvec3(compress);
+  m.stretch = glm::dvec3(stretch);
+  m.shear = glm::dvec3(shear);
+  m.stiffness = stiffness;
+  m.fixed = fixed;
+  return m;
+}
+
+inline MaterialTable table(std::vector<Material> materials) {
+  return std::move(MaterialTable::create(std::move(materials))).value();
+}
+
+inline Volume constant_volume(Size3 size, std::uint8_t value = 0,
+                              glm::dvec3 spacing_mm = glm::dvec3(1)) {
+  return Volume::of(size, VoxelType::uint8, axis_aligned(spacing_mm),
+                    std::vector<std::uint8_t>(static_cast<std::size_t>(voxel_count(size)), value));
+}
+
+// Values 0 .. kinds-1, in blocks of the given edge.
+inline Volume random_volume(Size3 size, int kinds, int block, unsigned seed,
+                            glm::dvec3 spacing_mm = glm::dvec3(1)) {
+  std::mt19937 random(seed);
+  const Size3 blocks = (size + block - 1) / block;
+  std::vector<std::uint8_t> of_block(static_cast<std::size_t>(voxel_count(blocks)));
+  for (auto& v : of_block) v = static_cast<std::uint8_t>(random() % static_cast<unsigned>(kinds));
+  std::vector<std::uint8_t> samples(static_cast<std::size_t>(voxel_count(size)));
+  std::size_t i = 0;
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x, ++i) {
+        samples[i] = of_block[static_cast<std::size_t>(
+            linear_index(VoxelIndex(x, y, z) / block, blocks))];
+      }
+    }
+  }
+  return Volume::of(size, VoxelType::uint8, axis_aligned(spacing_mm), std::move(samples));
+}
+
+inline bool equal(const Lattice& a, const Lattice& b) {
+  const Size3 size = a.grid().volume_size();
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        if (a.u({x, y, z}) != b.u({x, y, z})) return false;
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace maille::testing
