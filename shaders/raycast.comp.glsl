@@ -60,7 +60,8 @@ vec3 highest_value(Walk walk) {
     highest = max(highest, value_at(position));
     ++n;
   }
-  float part = (highest - constants.transfer.x) * constants.transfer.y / float(k_transfer_entries - 1);
+  float part = (highest - constants.transfer.x) * constants.transfer.y;
+  part /= float(k_transfer_entries - 1);
   return mix(constants.background.rgb, vec3(1.0), clamp(part, 0.0, 1.0));
 }
 

@@ -22,8 +22,8 @@ MAILLE_CONSTANT int k_group_edge = 8;
 // grid of a 1024^3 volume is 2 MiB.
 MAILLE_CONSTANT int k_block_edge = 8;
 
-// Half the steps of a 12-bit CT when the function spans it all, and 16 KiB, which one
-// vkCmdUpdateBuffer carries (its limit is 64 KiB).
+// An entry every 4 HU when the function spans a whole 12-bit CT, with lines in between, and 16 KiB,
+// which one vkCmdUpdateBuffer carries (its limit is 64 KiB).
 MAILLE_CONSTANT int k_transfer_entries = 1024;
 
 // What lies behind 1/128 of the light is not seen in 8 bits a channel.
@@ -37,8 +37,8 @@ MAILLE_CONSTANT int k_refinements = 10;
 // higher flattens everything.
 MAILLE_CONSTANT float k_ambient = 0.3f;
 
-// Change a voxel, as a part of the transfer function's range, at which shading is half: noise inside
-// a tissue has no direction worth lighting.
+// Change a voxel, as a part of the transfer function's range, at which shading is half: noise
+// inside a tissue has no direction worth lighting.
 MAILLE_CONSTANT float k_flat_gradient = 0.01f;
 
 // How far a block is left early when it is skipped, in voxels: beyond the rounding of positions in
@@ -59,7 +59,7 @@ struct PassConstants {
   ivec4 volume_size;  // xyz voxels
   ivec4 block_count;  // xyz blocks
   // direction(position) = corner + position.x * across + position.y * along, in voxels. Not unit.
-  vec4 eye;           // xyz; w: sampling distance
+  vec4 eye;  // xyz; w: sampling distance
   vec4 corner;
   vec4 across;
   vec4 along;
@@ -69,9 +69,9 @@ struct PassConstants {
   vec4 length_mixed;
   vec4 gradient_diagonal;
   vec4 gradient_mixed;
-  vec4 background;    // rgb; w: iso value
-  vec4 transfer;      // x: value of the first entry, y: entries a unit, z: squared gradient at which
-                      // shading is half
+  vec4 background;  // rgb; w: iso value
+  // x: value of the first entry, y: entries a unit, z: squared gradient at which shading is half
+  vec4 transfer;
 };
 
 struct PickConstants {

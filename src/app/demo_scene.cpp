@@ -165,7 +165,9 @@ void add_demonstration(Scene& scene, const Volume& volume, const VolumeStatistic
   drag.steps = kSteps;
   drag.name = "nose";
   scene.actions = {drag, RelaxAction{}};
-  scene.camera = three_quarter_view(volume, transfer.surface_value());
+  if (!scene.camera.eye_mm && !scene.camera.target_mm) {
+    scene.camera = three_quarter_view(volume, transfer.surface_value());
+  }
 }
 
 }  // namespace maille

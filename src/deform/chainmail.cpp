@@ -89,42 +89,6 @@ bool sweep_round(std::int32_t* labels, RowFlags& active, Size3 extent, SlackOf& 
   return any_changed;
 }
 
-// Materials of a brick and of the elements one step around it.
-struct MaterialHalo {
-  VoxelBox box;
-  std::vector<MaterialId> ids;
-  std::optional<MaterialId> uniform;
-
-  const MaterialId* row(VoxelIndex voxel) const {
-    return &ids[static_cast<std::size_t>(linear_index(voxel - box.lo, box.size()))];
-  }
-  MaterialId at(VoxelIndex voxel) const { return *row(voxel); }
-};
-
-// Read once a brick, for the three components and however many visits.
-class MaterialHalos {
- public:
-  MaterialHalos(const MaterialField& materials, const BrickGrid& grid)
-      : materials_(materials), grid_(grid), halos_(static_cast<std::size_t>(grid.count())) {}
-
-  const MaterialHalo& of(std::int64_t brick) {
-    auto& halo = halos_[static_cast<std::size_t>(brick)];
-    if (!halo) {
-      halo = std::make_unique<MaterialHalo>();
-      const VoxelBox box = grid_.box(grid_.brick(brick));
-      halo->box = {glm::max(box.lo - 1, VoxelIndex(0)), glm::min(box.hi + 1, materials_.size())};
-      halo->ids.resize(static_cast<std::size_t>(voxel_count(halo->box.size())));
-      halo->uniform = materials_.read(halo->box, halo->ids);
-    }
-    return *halo;
-  }
-
- private:
-  const MaterialField& materials_;
-  const BrickGrid& grid_;
-  std::vector<std::unique_ptr<MaterialHalo>> halos_;
-};
-
 // The table's limits of one component, seen along the drag: for each axis and pair of materials
 // what the stretch of a link must stay between. A drag downwards sees the mirror image.
 class DirectedLimits {
@@ -237,12 +201,10 @@ class VaryingSlack {
 // The closure of one component of the drag.
 class ComponentSolver {
  public:
-  ComponentSolver(const ChainMailProblem& problem, MaterialHalos& halos, int component,
-                  std::int32_t by)
+  ComponentSolver(const ChainMailProblem& problem, int component, std::int32_t by)
       : problem_(problem),
         grid_(problem.start.grid()),
-        halos_(halos),
-        limits_(problem.materials.table(), component, by < 0),
+        limits_(problem.halos.table(), component, by < 0),
         component_(component),
         drag_(std::abs(by)),
         downwards_(by < 0),
@@ -299,7 +261,7 @@ class ComponentSolver {
     const BrickIndex brick = grid_.brick(linear);
     const VoxelBox box = grid_.box(brick);
     const LatticeBrick* here = problem_.start.brick(linear);
-    const MaterialHalo& halo = halos_.of(linear);
+    const MaterialHalo& halo = problem_.halos.of(linear);
     Labels& labels = labels_of(linear);
     for (int axis = 0; axis < 3; ++axis) {
       for (const int side : {-1, 1}) pull(brick, box, halo, axis, side, labels);
@@ -402,7 +364,7 @@ class ComponentSolver {
         if (pinned->test(e)) overshoot_ = std::max(overshoot_, labels[e]);
       }
     }
-    const MaterialTable& table = problem_.materials.table();
+    const MaterialTable& table = problem_.halos.table();
     const bool fixed_material =
         table.any_fixed() && (!halo.uniform || table.fixed(*halo.uniform));
     const Size3 size = grid_.volume_size();
@@ -429,7 +391,6 @@ class ComponentSolver {
 
   const ChainMailProblem& problem_;
   const BrickGrid& grid_;
-  MaterialHalos& halos_;
   DirectedLimits limits_;
   int component_;
   std::int32_t drag_;
@@ -449,12 +410,11 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
   const BrickGrid& grid = problem.start.grid();
   ChainMailAnswer answer;
   answer.lattice = problem.start;
-  MaterialHalos halos(problem.materials, grid);
   std::vector<std::unique_ptr<ComponentSolver>> solvers;
   std::array<const ComponentSolver*, 3> solver_of{};
   for (int c = 0; c < 3; ++c) {
     if (by[c] == 0) continue;
-    solvers.push_back(std::make_unique<ComponentSolver>(problem, halos, c, by[c]));
+    solvers.push_back(std::make_unique<ComponentSolver>(problem, c, by[c]));
     solvers.back()->solve();
     solver_of[static_cast<std::size_t>(c)] = solvers.back().get();
     answer.moved_by[c] = solvers.back()->moved_by();

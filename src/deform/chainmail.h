@@ -19,14 +19,14 @@
 
 #include "deform/anchors.h"
 #include "deform/lattice.h"
-#include "material/material_field.h"
+#include "deform/material_halo.h"
 
 namespace maille {
 
 struct ChainMailProblem {
   const Lattice& start;             // within the limits, or as relaxation left it: a link outside
                                     // its limits counts as having no slack and gets no worse
-  const MaterialField& materials;
+  MaterialHalos& halos;
   const ElementSet& handle;         // moves as one
   const ElementSet& pinned;         // fixed besides faces and materials; disjoint from handle
   AnchorRules anchors;

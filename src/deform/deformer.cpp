@@ -78,6 +78,7 @@ Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, st
       if (!taken) name = candidate;
     }
   }
+  stroke.halos = std::make_unique<MaterialHalos>(materials_, grid);
   stroke.handle = {std::move(name), std::move(grabbed)};
   stroke_ = std::move(stroke);
   return {};
@@ -93,7 +94,8 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
   const auto begin = std::chrono::steady_clock::now();
-  const ChainMailProblem problem{stroke_->before.lattice, materials_, stroke_->handle.elements,
+  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->halos,
+                                 stroke_->handle.elements,
                                  stroke_->pinned, anchors_};
   ChainMailAnswer answer = solve_chainmail(problem, by);
   lattice_ = std::move(answer.lattice);

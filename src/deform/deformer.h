@@ -5,6 +5,7 @@
 // Owned by one thread.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -72,6 +73,7 @@ class Deformer {
     Snapshot before;
     Handle handle;
     ElementSet pinned;  // by the other handles
+    std::unique_ptr<MaterialHalos> halos;
   };
 
   ElementSet pinned_elements() const;

@@ -35,8 +35,7 @@ Result<ComputePipeline> ComputePipeline::create(const Device& device,
   set_info.bindingCount = static_cast<std::uint32_t>(bindings.size());
   set_info.pBindings = bindings.data();
   VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-  if (const VkResult r =
-          vkCreateDescriptorSetLayout(device.get(), &set_info, nullptr, &set_layout);
+  if (const VkResult r = vkCreateDescriptorSetLayout(device.get(), &set_info, nullptr, &set_layout);
       r != VK_SUCCESS) {
     return vk_error(r, making);
   }
@@ -72,10 +71,11 @@ Result<ComputePipeline> ComputePipeline::create(const Device& device,
 
   std::vector<VkSpecializationMapEntry> entries;
   for (const Specialization& constant : info.constants) {
-    entries.push_back({.constantID = constant.id,
-                       .offset = static_cast<std::uint32_t>(entries.size() * sizeof(Specialization) +
-                                                            offsetof(Specialization, value)),
-                       .size = sizeof constant.value});
+    entries.push_back(
+        {.constantID = constant.id,
+         .offset = static_cast<std::uint32_t>(entries.size() * sizeof(Specialization) +
+                                              offsetof(Specialization, value)),
+         .size = sizeof constant.value});
   }
   const VkSpecializationInfo specialization{
       .mapEntryCount = static_cast<std::uint32_t>(entries.size()),

@@ -151,10 +151,10 @@ Result<int> choose_device(std::span<const DeviceInfo> devices, std::string_view 
     }
   }
   if (best != nullptr) return best->index;
-  std::string why = name.empty()          ? "no usable Vulkan device"
-                    : refused == nullptr  ? "no Vulkan device fits '" + std::string(name) + "'"
-                                          : "device '" + refused->name + "' cannot be used: " +
-                                               refused->unusable;
+  std::string why = name.empty() ? "no usable Vulkan device"
+                    : refused == nullptr
+                        ? "no Vulkan device fits '" + std::string(name) + "'"
+                        : "device '" + refused->name + "' cannot be used: " + refused->unusable;
   return Error{ErrorKind::device, why + "; there are:" + listing(devices)};
 }
 
@@ -173,12 +173,12 @@ Result<std::unique_ptr<Device>> Device::create(Instance& instance, const DeviceO
   const VkPhysicalDevice physical = device->physical_;
 
   if (options.store == Store::sparse && !info.sparse) {
-    return Error{ErrorKind::device, "device '" + info.name +
-                                        "' has no sparse 3D images; take the dense volume store"};
+    return Error{ErrorKind::device,
+                 "device '" + info.name + "' has no sparse 3D images; take the dense volume store"};
   }
   device->sparse_store_ =
-      options.store == Store::sparse ||
-      (options.store == Store::automatic && info.sparse && rank(info.type) < rank(VK_PHYSICAL_DEVICE_TYPE_CPU));
+      options.store == Store::sparse || (options.store == Store::automatic && info.sparse &&
+                                         rank(info.type) < rank(VK_PHYSICAL_DEVICE_TYPE_CPU));
 
   VkPhysicalDeviceProperties properties{};
   vkGetPhysicalDeviceProperties(physical, &properties);

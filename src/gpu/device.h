@@ -28,8 +28,8 @@ std::string_view name_of(VkPhysicalDeviceType type);  // "discrete", "cpu", …
 // Every device of the machine in the driver's order. Errors: device.
 Result<std::vector<DeviceInfo>> list_devices(const Instance& instance);
 
-// The index that DeviceOptions.name picks: a whole number is an index, other text a part of the name
-// in any case; empty prefers discrete over integrated over virtual over cpu, then the first.
+// The index that DeviceOptions.name picks: a whole number is an index, other text a part of the
+// name in any case; empty prefers discrete over integrated over virtual over cpu, then the first.
 // Errors: device, listing what there is.
 Result<int> choose_device(std::span<const DeviceInfo> devices, std::string_view name);
 

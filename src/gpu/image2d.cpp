@@ -48,7 +48,8 @@ Result<Image2D> Image2D::create(WorkQueue& queue, VkExtent2D extent, std::string
 
   auto moved = queue.run([&](VkCommandBuffer commands) { to_general(commands, handle); });
   if (!moved) return moved.error();
-  if (format != VK_FORMAT_R8G8B8A8_UNORM) return image;  // copied from and to, never seen by a shader
+  // The others are copied from and to, and never seen by a shader.
+  if (format != VK_FORMAT_R8G8B8A8_UNORM) return image;
 
   VkImageViewCreateInfo view_info{};
   view_info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;

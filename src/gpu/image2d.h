@@ -11,8 +11,8 @@ namespace maille::gpu {
 class Image2D {
  public:
   Image2D() = default;
-  // UNORM: compute shaders write it. SRGB: a copy of one, for targets that convert. Both are transfer
-  // sources and destinations. Errors: device (too large for it), out_of_memory.
+  // UNORM: compute shaders write it. SRGB: a copy of one, for targets that convert. Both are
+  // transfer sources and destinations. Errors: device (too large for it), out_of_memory.
   static Result<Image2D> create(WorkQueue& queue, VkExtent2D extent, std::string_view name,
                                 VkFormat format = VK_FORMAT_R8G8B8A8_UNORM);
 

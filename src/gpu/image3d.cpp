@@ -33,7 +33,8 @@ Result<void> Image3D::make_image(const Device& device, glm::ivec3 extent, VkForm
                                  bool sparse, std::string_view name) {
   VkImageCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
-  if (sparse) info.flags = VK_IMAGE_CREATE_SPARSE_BINDING_BIT | VK_IMAGE_CREATE_SPARSE_RESIDENCY_BIT;
+  if (sparse)
+    info.flags = VK_IMAGE_CREATE_SPARSE_BINDING_BIT | VK_IMAGE_CREATE_SPARSE_RESIDENCY_BIT;
   info.imageType = VK_IMAGE_TYPE_3D;
   info.format = format;
   info.extent = {static_cast<std::uint32_t>(extent.x), static_cast<std::uint32_t>(extent.y),
@@ -60,12 +61,12 @@ Result<void> Image3D::make_image(const Device& device, glm::ivec3 extent, VkForm
       device.physical(), format, info.imageType, info.tiling, info.usage, info.flags, &limits);
   if (supported != VK_SUCCESS || info.extent.width > limits.maxExtent.width ||
       info.extent.height > limits.maxExtent.height || info.extent.depth > limits.maxExtent.depth) {
-    return Error{ErrorKind::device, "device '" + device.info().name + "' makes no 3D texture of " +
-                                        of_size + (supported == VK_SUCCESS
-                                                       ? " (at most " +
-                                                             std::to_string(limits.maxExtent.width) +
-                                                             " along an axis)"
-                                                       : "")};
+    return Error{
+        ErrorKind::device,
+        "device '" + device.info().name + "' makes no 3D texture of " + of_size +
+            (supported == VK_SUCCESS
+                 ? " (at most " + std::to_string(limits.maxExtent.width) + " along an axis)"
+                 : "")};
   }
 
   const std::uint64_t bytes = std::uint64_t{info.extent.width} * info.extent.height *
@@ -103,10 +104,10 @@ Result<void> Image3D::make_view(const Device& device, std::string_view name) {
 
 Error too_large_for_one_piece(const Device& device, std::uint64_t bytes, std::uint64_t limit,
                               std::string_view remedy) {
-  return {ErrorKind::out_of_memory,
-          "the volume takes " + std::to_string(bytes >> 20) + " MiB as a 3D texture; device '" +
-              device.info().name + "' allows " + std::to_string(limit >> 20) + " MiB" +
-              std::string(remedy)};
+  return {ErrorKind::out_of_memory, "the volume takes " + std::to_string(bytes >> 20) +
+                                        " MiB as a 3D texture; device '" + device.info().name +
+                                        "' allows " + std::to_string(limit >> 20) + " MiB" +
+                                        std::string(remedy)};
 }
 
 Result<std::unique_ptr<Image3D>> make_image3d(WorkQueue& queue, glm::ivec3 extent, VkFormat format,

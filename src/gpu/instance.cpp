@@ -15,12 +15,13 @@ namespace {
 #ifdef MAILLE_VALIDATION
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-// The volume image lives in GENERAL, because three kinds of work take turns on it; that copies would
-// like another layout better is a hint about speed that we have weighed. Every other message counts.
+// The volume image lives in GENERAL, because three kinds of work take turns on it; that copies
+// would like another layout better is a hint about speed that we have weighed. Every other message
+// counts.
 bool is_general_layout_hint(const VkDebugUtilsMessengerCallbackDataEXT& data) {
   return data.pMessageIdName != nullptr && data.pMessage != nullptr &&
-         std::strcmp(data.pMessageIdName, "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout") ==
-             0 &&
+         std::strcmp(data.pMessageIdName,
+                     "UNASSIGNED-CoreValidation-DrawState-InvalidImageLayout") == 0 &&
          std::strstr(data.pMessage, "For optimal performance") != nullptr;
 }
 
@@ -90,7 +91,8 @@ Result<std::unique_ptr<Instance>> Instance::create(const InstanceOptions& option
     extensions.assign(names, names + count);
   }
   if (options.headless_surface) {
-    for (const char* name : {VK_KHR_SURFACE_EXTENSION_NAME, VK_EXT_HEADLESS_SURFACE_EXTENSION_NAME}) {
+    for (const char* name :
+         {VK_KHR_SURFACE_EXTENSION_NAME, VK_EXT_HEADLESS_SURFACE_EXTENSION_NAME}) {
       if (!has_extension(name)) {
         return Error{ErrorKind::device, "Vulkan: no " + std::string(name) + " on this machine"};
       }
@@ -107,9 +109,9 @@ Result<std::unique_ptr<Instance>> Instance::create(const InstanceOptions& option
   const void* next = nullptr;
 #ifdef MAILLE_VALIDATION
   if (!has_layer(kValidationLayer)) {
-    return Error{ErrorKind::device,
-                 "Vulkan: this build validates every call and " + std::string(kValidationLayer) +
-                     " is not installed (tools/setup installs it)"};
+    return Error{ErrorKind::device, "Vulkan: this build validates every call and " +
+                                        std::string(kValidationLayer) +
+                                        " is not installed (tools/setup installs it)"};
   }
   layers.push_back(kValidationLayer);
   extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
@@ -156,8 +158,8 @@ Result<std::unique_ptr<Instance>> Instance::create(const InstanceOptions& option
 #ifdef MAILLE_VALIDATION
   const auto create_messenger = reinterpret_cast<PFN_vkCreateDebugUtilsMessengerEXT>(
       vkGetInstanceProcAddr(instance->instance_, "vkCreateDebugUtilsMessengerEXT"));
-  if (const VkResult r = create_messenger(instance->instance_, &messenger, nullptr,
-                                          &instance->messenger_);
+  if (const VkResult r =
+          create_messenger(instance->instance_, &messenger, nullptr, &instance->messenger_);
       r != VK_SUCCESS) {
     return vk_error(r, "listening to the validation layer");
   }

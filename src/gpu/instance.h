@@ -33,8 +33,8 @@ struct InstanceOptions {
   bool headless_surface = false;
   // Print messages on stderr as they come; they are kept either way.
   bool print_messages = false;
-  // Where they are kept; the instance makes one of its own if there is none. A log that outlives the
-  // instance also hears what is said of its end.
+  // Where they are kept; the instance makes one of its own if there is none. A log that outlives
+  // the instance also hears what is said of its end.
   std::shared_ptr<ValidationLog> log = nullptr;
 };
 

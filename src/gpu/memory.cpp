@@ -45,7 +45,8 @@ Result<std::uint32_t> memory_type_for(const Device& device, std::uint32_t type_b
     if ((type_bits & (1u << i)) == 0 || (flags & wish.must) != wish.must || (flags & ~plain) != 0) {
       continue;
     }
-    const int score = ((flags & wish.better) == wish.better ? 2 : 0) + ((flags & wish.worse) == 0 ? 1 : 0);
+    const int score =
+        ((flags & wish.better) == wish.better ? 2 : 0) + ((flags & wish.worse) == 0 ? 1 : 0);
     if (score > best_score) {
       best = i;
       best_score = score;
@@ -64,8 +65,7 @@ Result<OwnedMemory> allocate(const Device& device, const VkMemoryRequirements& n
                                   .allocationSize = needs.size,
                                   .memoryTypeIndex = *type};
   VkDeviceMemory memory = VK_NULL_HANDLE;
-  if (const VkResult r = vkAllocateMemory(device.get(), &info, nullptr, &memory);
-      r != VK_SUCCESS) {
+  if (const VkResult r = vkAllocateMemory(device.get(), &info, nullptr, &memory); r != VK_SUCCESS) {
     return vk_error(r, "allocating " + std::to_string((needs.size + (1u << 20) - 1) >> 20) +
                            " MiB for the " + std::string(what));
   }

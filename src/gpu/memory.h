@@ -11,7 +11,7 @@ namespace maille::gpu {
 enum class MemoryUse {
   device,    // the GPU reads and writes it, the CPU never does
   upload,    // the CPU writes it once and never reads: coherent, write-combined is welcome
-  staging,   // the CPU writes it and reads it back (minimum and maximum of bricks): cached if there is
+  staging,   // the CPU writes it, and reads that again: cached if there is
   readback,  // the GPU writes it, the CPU reads it: cached, else reading is 50 times slower
 };
 

@@ -29,8 +29,7 @@ Result<OverlayPass> OverlayPass::create(const WorkQueue& queue, VkFormat format)
       .srcStageMask = VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
       .dstStageMask = VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
       .srcAccessMask = 0,
-      .dstAccessMask =
-          VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT,
+      .dstAccessMask = VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT,
       .dependencyFlags = 0};
   VkRenderPassCreateInfo info{};
   info.sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO;
@@ -41,8 +40,7 @@ Result<OverlayPass> OverlayPass::create(const WorkQueue& queue, VkFormat format)
   info.dependencyCount = 1;
   info.pDependencies = &before;
   VkRenderPass pass = VK_NULL_HANDLE;
-  if (const VkResult r = vkCreateRenderPass(device.get(), &info, nullptr, &pass);
-      r != VK_SUCCESS) {
+  if (const VkResult r = vkCreateRenderPass(device.get(), &info, nullptr, &pass); r != VK_SUCCESS) {
     return vk_error(r, "making the overlay's render pass");
   }
   result.render_pass_ = {device.get(), pass};

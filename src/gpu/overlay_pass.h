@@ -7,7 +7,7 @@
 
 namespace maille::gpu {
 
-// What Dear ImGui's Vulkan back-end wants to be told (ImGui_ImplVulkan_InitInfo, one field a field).
+// What Dear ImGui's Vulkan back-end wants to be told (ImGui_ImplVulkan_InitInfo, field by field).
 // Stays valid while the swapchain lives, however often the window is resized.
 struct OverlayTarget {
   VkInstance instance = VK_NULL_HANDLE;

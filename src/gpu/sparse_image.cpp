@@ -101,25 +101,25 @@ bool SparseImage::page_committed(glm::ivec3 page) const {
 void SparseImage::queue_bind(glm::ivec3 page, std::optional<Page> memory) {
   const TexelBox box = page_box(page);
   const glm::ivec3 size = box.size();
-  // A page committed and released (or the reverse) before it was sent must not be bound twice in one
-  // call: the order within a call is nobody's promise.
+  // A page committed and released (or the reverse) before it was sent must not be bound twice in
+  // one call: the order within a call is nobody's promise.
   std::erase_if(binds_, [&](const VkSparseImageMemoryBind& bind) {
     return bind.offset.x == box.lo.x && bind.offset.y == box.lo.y && bind.offset.z == box.lo.z;
   });
-  binds_.push_back({.subresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0},
-                    .offset = {box.lo.x, box.lo.y, box.lo.z},
-                    .extent = {static_cast<std::uint32_t>(size.x),
-                               static_cast<std::uint32_t>(size.y),
-                               static_cast<std::uint32_t>(size.z)},
-                    .memory = memory ? pool_->memory(*memory) : VK_NULL_HANDLE,
-                    .memoryOffset = memory ? pool_->offset(*memory) : 0,
-                    .flags = 0});
+  binds_.push_back(
+      {.subresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0},
+       .offset = {box.lo.x, box.lo.y, box.lo.z},
+       .extent = {static_cast<std::uint32_t>(size.x), static_cast<std::uint32_t>(size.y),
+                  static_cast<std::uint32_t>(size.z)},
+       .memory = memory ? pool_->memory(*memory) : VK_NULL_HANDLE,
+       .memoryOffset = memory ? pool_->offset(*memory) : 0,
+       .flags = 0});
 }
 
 Result<void> SparseImage::commit(const TexelBox& box, std::vector<glm::ivec3>& fresh) {
   if (all_in_tail_) return {};
-  const TexelBox touched = pages_touching(
-      {glm::max(box.lo, glm::ivec3(0)), glm::min(box.hi, extent())});
+  const TexelBox touched =
+      pages_touching({glm::max(box.lo, glm::ivec3(0)), glm::min(box.hi, extent())});
   for (int z = touched.lo.z; z < touched.hi.z; ++z) {
     for (int y = touched.lo.y; y < touched.hi.y; ++y) {
       for (int x = touched.lo.x; x < touched.hi.x; ++x) {

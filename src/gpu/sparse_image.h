@@ -35,7 +35,7 @@ class SparseImage final : public Image3D {
   WorkQueue* queue_;
   std::optional<PagePool> pool_;
   std::vector<OwnedMemory> tails_;
-  std::vector<std::optional<Page>> resident_;  // by page, x fastest: the CPU's residency map
+  std::vector<std::optional<Page>> resident_;   // by page, x fastest: the CPU's residency map
   std::vector<VkSparseImageMemoryBind> binds_;  // not yet sent
   std::vector<Page> leaving_;                   // free for others once the unbind is sent
   std::int64_t resident_count_ = 0;

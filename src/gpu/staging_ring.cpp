@@ -47,9 +47,9 @@ Result<std::unique_ptr<StagingRing>> StagingRing::create(WorkQueue& queue, std::
   ring->slot_bytes_ = slot_bytes;
   ring->stride_ = (slot_bytes + alignment - 1) / alignment * alignment;
   ring->values_.assign(static_cast<std::size_t>(slots), 0);
-  auto buffer = Buffer::create(queue.device(), ring->stride_ * static_cast<VkDeviceSize>(slots),
-                               VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryUse::staging,
-                               "staging ring");
+  auto buffer =
+      Buffer::create(queue.device(), ring->stride_ * static_cast<VkDeviceSize>(slots),
+                     VK_BUFFER_USAGE_TRANSFER_SRC_BIT, MemoryUse::staging, "staging ring");
   if (!buffer) return buffer.error();
   ring->buffer_ = std::move(*buffer);
   return ring;

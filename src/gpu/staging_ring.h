@@ -24,7 +24,8 @@ class StagingRing {
   // A lent slot. Dropping it gives it back unused.
   class Slot {
    public:
-    Slot(Slot&& other) noexcept : ring_(std::exchange(other.ring_, nullptr)), index_(other.index_) {}
+    Slot(Slot&& other) noexcept
+        : ring_(std::exchange(other.ring_, nullptr)), index_(other.index_) {}
     Slot& operator=(Slot&& other) noexcept;
     ~Slot();
 

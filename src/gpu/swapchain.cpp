@@ -16,20 +16,19 @@ bool encodes_srgb(VkFormat format) {
 
 void move_image(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImageLayout to,
                 VkAccessFlags written, VkPipelineStageFlags after, VkAccessFlags then) {
-  const VkImageMemoryBarrier move{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER,
-      .pNext = nullptr,
-      .srcAccessMask = written,
-      .dstAccessMask = then,
-      .oldLayout = from,
-      .newLayout = to,
-      .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .image = image,
-      .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1}};
+  const VkImageMemoryBarrier move{.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER,
+                                  .pNext = nullptr,
+                                  .srcAccessMask = written,
+                                  .dstAccessMask = then,
+                                  .oldLayout = from,
+                                  .newLayout = to,
+                                  .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                  .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                  .image = image,
+                                  .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1}};
   // Transfer: the stage that waits for the presentation engine to let go of the image.
-  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, after, 0, 0, nullptr, 0, nullptr, 1,
-                       &move);
+  vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, after, 0, 0, nullptr, 0, nullptr,
+                       1, &move);
 }
 
 }  // namespace
@@ -60,8 +59,8 @@ Result<std::unique_ptr<Swapchain>> Swapchain::create(WorkQueue& queue, VkSurface
   swapchain->overlay_ = std::move(*overlay);
 
   VkSurfaceCapabilitiesKHR surface_info{};
-  if (const VkResult r = vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device.physical(), surface,
-                                                                   &surface_info);
+  if (const VkResult r =
+          vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device.physical(), surface, &surface_info);
       r != VK_SUCCESS) {
     return vk_error(r, "asking about the window");
   }
@@ -102,8 +101,8 @@ Result<void> Swapchain::choose_format() {
     format_ = format;
   }
   if (best < 0) {
-    return Error{ErrorKind::device, "device '" + device.info().name +
-                                        "' cannot blit to this window's pixel formats"};
+    return Error{ErrorKind::device,
+                 "device '" + device.info().name + "' cannot blit to this window's pixel formats"};
   }
   srgb_ = encodes_srgb(format_.format);
   return {};
@@ -113,8 +112,8 @@ Result<bool> Swapchain::rebuild(VkExtent2D window) {
   const Device& device = queue_->device();
   vkDeviceWaitIdle(device.get());
   VkSurfaceCapabilitiesKHR surface_info{};
-  if (const VkResult r = vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device.physical(), surface_,
-                                                                   &surface_info);
+  if (const VkResult r =
+          vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device.physical(), surface_, &surface_info);
       r != VK_SUCCESS) {
     return vk_error(r, "asking about the window");
   }

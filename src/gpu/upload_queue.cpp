@@ -10,25 +10,27 @@ Result<void> UploadQueue::add(const StagingRing::Slot& slot, const TexelBox& who
     const auto text = [](glm::ivec3 p) {
       return std::to_string(p.x) + "," + std::to_string(p.y) + "," + std::to_string(p.z);
     };
-    return Error{ErrorKind::failed, "copy into texels " + text(part.lo) + " to " + text(part.hi) +
-                                        " (excluded) of the volume texture, where no page is bound"};
+    return Error{ErrorKind::failed,
+                 "copy into texels " + text(part.lo) + " to " + text(part.hi) +
+                     " (excluded) of the volume texture, where no page is bound"};
   }
   const auto texel = static_cast<VkDeviceSize>(texel_bytes(image_->format()));
   const glm::ivec3 size = whole.size();
   const glm::ivec3 first = part.lo - whole.lo;
-  const VkDeviceSize skipped = (static_cast<VkDeviceSize>(first.z) * static_cast<VkDeviceSize>(size.y) +
-                                static_cast<VkDeviceSize>(first.y)) *
-                                   static_cast<VkDeviceSize>(size.x) +
-                               static_cast<VkDeviceSize>(first.x);
+  const VkDeviceSize skipped =
+      (static_cast<VkDeviceSize>(first.z) * static_cast<VkDeviceSize>(size.y) +
+       static_cast<VkDeviceSize>(first.y)) *
+          static_cast<VkDeviceSize>(size.x) +
+      static_cast<VkDeviceSize>(first.x);
   const glm::ivec3 extent = part.size();
-  regions_.push_back({.bufferOffset = slot.offset() + skipped * texel,
-                      .bufferRowLength = static_cast<std::uint32_t>(size.x),
-                      .bufferImageHeight = static_cast<std::uint32_t>(size.y),
-                      .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
-                      .imageOffset = {part.lo.x, part.lo.y, part.lo.z},
-                      .imageExtent = {static_cast<std::uint32_t>(extent.x),
-                                      static_cast<std::uint32_t>(extent.y),
-                                      static_cast<std::uint32_t>(extent.z)}});
+  regions_.push_back(
+      {.bufferOffset = slot.offset() + skipped * texel,
+       .bufferRowLength = static_cast<std::uint32_t>(size.x),
+       .bufferImageHeight = static_cast<std::uint32_t>(size.y),
+       .imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1},
+       .imageOffset = {part.lo.x, part.lo.y, part.lo.z},
+       .imageExtent = {static_cast<std::uint32_t>(extent.x), static_cast<std::uint32_t>(extent.y),
+                       static_cast<std::uint32_t>(extent.z)}});
   bytes_ += static_cast<std::uint64_t>(extent.x) * static_cast<std::uint64_t>(extent.y) *
             static_cast<std::uint64_t>(extent.z) * texel;
   return {};

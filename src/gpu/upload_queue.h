@@ -19,8 +19,8 @@ class UploadQueue {
   // lies in it. Errors: failed (part touches a page without memory: it would be lost or, worse,
   // stick there unseen).
   Result<void> add(const StagingRing::Slot& slot, const TexelBox& whole, const TexelBox& part);
-  // No more parts of this slot will come. A slot without any part is better dropped: here it is lent
-  // until the batch is done.
+  // No more parts of this slot will come. A slot without any part is better dropped: here it is
+  // lent until the batch is done.
   void finish(StagingRing::Slot slot) { slots_.push_back(std::move(slot)); }
 
   bool empty() const { return regions_.empty() && slots_.empty(); }

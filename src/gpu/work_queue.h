@@ -1,12 +1,12 @@
 // The one line of work that the device does for us.
 //
-// Every submission - a bind of pages, a copy of bricks, a cast, a present - waits for the one before
-// it and signals the next value of ONE timeline semaphore. So bind -> copy -> cast -> next copy is
-// ordered, memory included, whatever queue each runs on, and a value that has passed says that
-// everything up to it is done. The semaphore is signalled from queues only: signalling it from the
-// host to release a queued wait stalls for seconds under validation.
-// Road not taken: copies that overlap the cast of the frame before. It needs two images or exact
-// knowledge of which bricks the cast reads.
+// Every submission - a bind of pages, a copy of bricks, a cast, a present - waits for the one
+// before it and signals the next value of ONE timeline semaphore. So bind -> copy -> cast -> next
+// copy is ordered, memory included, whatever queue each runs on, and a value that has passed says
+// that everything up to it is done. The semaphore is signalled from queues only: signalling it from
+// the host to release a queued wait stalls for seconds under validation. Road not taken: copies
+// that overlap the cast of the frame before. It needs two images or exact knowledge of which bricks
+// the cast reads.
 #pragma once
 
 #include <atomic>

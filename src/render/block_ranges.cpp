@@ -92,7 +92,8 @@ ValueRange BlockRanges::range(glm::ivec3 block) const {
   ValueRange range = own_[static_cast<std::size_t>(linear_index(block, blocks_))];
   if (range.empty()) return range;
   // Along which axes does the ninth layer lie in the next brick?
-  const glm::ivec3 reach = glm::ivec3(glm::equal(block % kBrickBlocks, glm::ivec3(kBrickBlocks - 1)));
+  const glm::ivec3 reach =
+      glm::ivec3(glm::equal(block % kBrickBlocks, glm::ivec3(kBrickBlocks - 1)));
   if (reach == glm::ivec3(0)) return range;
   const glm::ivec3 last = glm::min(block + 1, blocks_ - 1);
   for (int z = block.z; z <= last.z; ++z) {

@@ -29,8 +29,8 @@ struct ValueRange {
 // Of one brick's blocks, over their 9^3 voxels cut off at the brick; x fastest, 4^3.
 using BrickRanges = std::array<ValueRange, kBrickBlocks * kBrickBlocks * kBrickBlocks>;
 
-// voxels: tightly packed over a box of that size, in texture encoding. Samples of a float volume that
-// are not finite are overwritten with 0 first: one NaN would spread over 8 cells.
+// voxels: tightly packed over a box of that size, in texture encoding. Samples of a float volume
+// that are not finite are overwritten with 0 first: one NaN would spread over 8 cells.
 BrickRanges ranges_of_brick(Size3 size, std::span<std::byte> voxels, VoxelType type);
 
 class BlockRanges {

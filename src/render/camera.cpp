@@ -76,8 +76,7 @@ std::optional<glm::dvec3> point_on_facing_plane(const Camera& camera, PictureSiz
   if (!(depth > 0.0)) return std::nullopt;
   const RayFan fan = fan_of(camera, size);
   // The unnormalised direction has depth 1.
-  return camera.eye_mm +
-         depth * (fan.corner + position.x * fan.across + position.y * fan.along);
+  return camera.eye_mm + depth * (fan.corner + position.x * fan.across + position.y * fan.along);
 }
 
 Camera framing(Size3 volume_size, const glm::dmat4& world_from_voxel, PictureSize size) {

@@ -17,13 +17,13 @@ using PictureSize = glm::ivec2;  // width, height in pixels, both >= 1
 struct Camera {
   glm::dvec3 eye_mm{0, -600, 0};
   glm::dvec3 target_mm{0, 0, 0};
-  glm::dvec3 up{0, 0, 1};  // any length, not along the view
+  glm::dvec3 up{0, 0, 1};              // any length, not along the view
   double vertical_fov_degrees = 30.0;  // 0 < f < 180
   bool operator==(const Camera&) const = default;
 };
 
-// Unit vectors of the picture in the world. A camera that looks along its own up, or at its own eye,
-// gets some basis rather than none.
+// Unit vectors of the picture in the world. A camera that looks along its own up, or at its own
+// eye, gets some basis rather than none.
 struct CameraBasis {
   glm::dvec3 right, down, forward;
 };
@@ -58,9 +58,13 @@ std::optional<glm::dvec3> point_on_facing_plane(const Camera& camera, PictureSiz
 Camera framing(Size3 volume_size, const glm::dmat4& world_from_voxel, PictureSize size);
 
 // Pointer moves in pixels -> the camera they lead to. The target stays in orbit, roll and zoom.
-Camera orbited(const Camera& camera, PictureSize size, glm::dvec2 move);  // half a turn a picture height
-Camera panned(const Camera& camera, PictureSize size, glm::dvec2 move);   // the target follows the pointer
-Camera zoomed(const Camera& camera, double factor);                       // factor 2: half as far
-Camera rolled(const Camera& camera, double degrees);                      // the picture turns clockwise
+// Half a turn a picture height; what is in front of the target follows the pointer.
+Camera orbited(const Camera& camera, PictureSize size, glm::dvec2 move);
+// The target follows the pointer.
+Camera panned(const Camera& camera, PictureSize size, glm::dvec2 move);
+// Factor 2: half as far.
+Camera zoomed(const Camera& camera, double factor);
+// The picture turns clockwise.
+Camera rolled(const Camera& camera, double degrees);
 
 }  // namespace maille

@@ -5,7 +5,7 @@
 namespace maille {
 namespace {
 
-constexpr VkShaderStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 constexpr VkPipelineStageFlags kTransfer = VK_PIPELINE_STAGE_TRANSFER_BIT;
 
 glm::vec4 diagonal(const glm::dmat3& m) {
@@ -22,16 +22,16 @@ Result<PassInputs> PassInputs::create(gpu::WorkQueue& queue) {
   const gpu::Device& device = queue.device();
   PassInputs inputs;
   inputs.queue_ = &queue;
-  auto constants = gpu::Buffer::create(
-      device, sizeof(shader::PassConstants),
-      VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-      gpu::MemoryUse::device, "pass constants");
+  auto constants =
+      gpu::Buffer::create(device, sizeof(shader::PassConstants),
+                          VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                          gpu::MemoryUse::device, "pass constants");
   if (!constants) return constants.error();
   inputs.constants_ = std::move(*constants);
-  auto table = gpu::Buffer::create(
-      device, shader::k_transfer_entries * sizeof(glm::vec4),
-      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-      gpu::MemoryUse::device, "transfer table");
+  auto table =
+      gpu::Buffer::create(device, shader::k_transfer_entries * sizeof(glm::vec4),
+                          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+                          gpu::MemoryUse::device, "transfer table");
   if (!table) return table.error();
   inputs.table_ = std::move(*table);
 
@@ -44,8 +44,7 @@ Result<PassInputs> PassInputs::create(gpu::WorkQueue& queue) {
   info.addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkSampler sampler = VK_NULL_HANDLE;
-  if (const VkResult r = vkCreateSampler(device.get(), &info, nullptr, &sampler);
-      r != VK_SUCCESS) {
+  if (const VkResult r = vkCreateSampler(device.get(), &info, nullptr, &sampler); r != VK_SUCCESS) {
     return gpu::vk_error(r, "making the volume's sampler");
   }
   inputs.sampler_ = {device.get(), sampler};
@@ -143,13 +142,13 @@ shader::PassConstants pass_constants(const ViewDescription& view, const VolumeTe
   constants.length_mixed = mixed(length);
   constants.gradient_diagonal = diagonal(gradient);
   constants.gradient_mixed = mixed(gradient);
-  constants.background = glm::vec4(
-      glm::vec3(view.background), static_cast<float>((view.iso_value - texel.offset) / texel.scale));
-  constants.transfer = {static_cast<float>(lowest),
-                        range > 0.0
-                            ? static_cast<float>((shader::k_transfer_entries - 1) / range)
-                            : 0.0f,
-                        static_cast<float>(flat * flat), 0.0f};
+  constants.background =
+      glm::vec4(glm::vec3(view.background),
+                static_cast<float>((view.iso_value - texel.offset) / texel.scale));
+  constants.transfer = {
+      static_cast<float>(lowest),
+      range > 0.0 ? static_cast<float>((shader::k_transfer_entries - 1) / range) : 0.0f,
+      static_cast<float>(flat * flat), 0.0f};
   return constants;
 }
 

@@ -52,8 +52,8 @@ Result<std::optional<PickHit>> PickPass::read(const glm::dmat4& world_from_voxel
   hit.world_mm = transform_point(world_from_voxel, hit.voxel);
   hit.value = static_cast<double>(found.gradient.w) * texel.scale + texel.offset;
   // Gradients go to the world by the inverse transpose.
-  const glm::dvec3 gradient = glm::transpose(glm::dmat3(glm::inverse(world_from_voxel))) *
-                              glm::dvec3(found.gradient);
+  const glm::dvec3 gradient =
+      glm::transpose(glm::dmat3(glm::inverse(world_from_voxel))) * glm::dvec3(found.gradient);
   const double length = glm::length(gradient);
   if (length > 0.0) {
     hit.normal = gradient / length;

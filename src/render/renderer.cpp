@@ -48,9 +48,9 @@ struct Renderer::State {
   }
   Result<void> fit_picture(PictureSize size);
   shader::PassConstants constants(const RayFan& fan) const {
-    return pass_constants({fan, world_from_voxel, settings.step_voxels, settings.iso_value,
-                           settings.background},
-                          *texture, *transfer);
+    return pass_constants(
+        {fan, world_from_voxel, settings.step_voxels, settings.iso_value, settings.background},
+        *texture, *transfer);
   }
 };
 
@@ -159,12 +159,11 @@ Result<void> Renderer::stream(std::span<const std::int64_t> bricks, WorkerPool& 
         if (!lent) return lent.error();
         staged.push_back(std::move(*lent));
       }
-      pool.for_each(static_cast<std::int64_t>(staged.size()),
-                    [&](std::int64_t index, int worker) {
-                      auto& brick = staged[static_cast<std::size_t>(index)];
-                      fill(brick.brick, brick.box, brick.voxels, texture.flips_sign_bit(), worker);
-                      texture.finish(std::move(brick));
-                    });
+      pool.for_each(static_cast<std::int64_t>(staged.size()), [&](std::int64_t index, int worker) {
+        auto& brick = staged[static_cast<std::size_t>(index)];
+        fill(brick.brick, brick.box, brick.voxels, texture.flips_sign_bit(), worker);
+        texture.finish(std::move(brick));
+      });
       auto submitted = texture.submit();
       if (!submitted) return submitted.error();
     }
@@ -177,8 +176,8 @@ Result<void> Renderer::stream(std::span<const std::int64_t> bricks, WorkerPool& 
 Result<void> Renderer::State::fit_picture(PictureSize size) {
   const VkExtent2D extent{static_cast<std::uint32_t>(std::max(size.x, 0)),
                           static_cast<std::uint32_t>(std::max(size.y, 0))};
-  const bool fits = picture && picture.extent().width == extent.width &&
-                    picture.extent().height == extent.height;
+  const bool fits =
+      picture && picture.extent().width == extent.width && picture.extent().height == extent.height;
   if (fits && raycast_bound) return {};
   if (auto idle = queue->wait_all(); !idle) return idle.error();
   if (!fits) {
@@ -202,8 +201,8 @@ Result<void> Renderer::render(const Camera& camera, PictureSize size) {
   if (auto made = s.raycast.prepare(*s.device, variant); !made) return made.error();
   auto commands = s.queue->begin();
   if (!commands) return commands.error();
-  if (auto recorded = s.inputs->record(*commands, *s.texture, s.constants(fan_of(camera, size)),
-                                       s.table);
+  if (auto recorded =
+          s.inputs->record(*commands, *s.texture, s.constants(fan_of(camera, size)), s.table);
       !recorded) {
     s.queue->abandon(*commands);
     return recorded.error();

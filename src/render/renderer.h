@@ -38,9 +38,9 @@ struct RendererOptions {
   gpu::Store store = gpu::Store::automatic;
   GLFWwindow* window = nullptr;  // none: headless; GLFW is not touched
   bool vsync = true;
-  bool print_validation = false;  // --verbose
+  bool print_validation = false;                                 // --verbose
   std::shared_ptr<gpu::ValidationLog> validation_log = nullptr;  // see gpu::InstanceOptions::log
-  int staging_slots = 64;         // 4 MiB of 16-bit bricks
+  int staging_slots = 64;                                        // 4 MiB of 16-bit bricks
 };
 
 enum class PickRule {
@@ -75,7 +75,8 @@ struct RenderCounters {
   std::int64_t frames = 0;
 };
 
-// The voxels of one brick in texture encoding (see VolumeTexture); called by several workers at once.
+// The voxels of one brick in texture encoding (see VolumeTexture); called by several workers at
+// once.
 using FillBrick = std::function<void(std::int64_t brick, VoxelBox box, std::span<std::byte> voxels,
                                      bool flip_sign_bit, int worker)>;
 
@@ -104,7 +105,8 @@ class Renderer {
   // Streams these bricks, and those seen before that become wanted by it (in pages that come). Seen
   // whole by the next render().
   // fill is called within pool; the time it takes overlaps the copies.
-  Result<void> stream(std::span<const std::int64_t> bricks, WorkerPool& pool, const FillBrick& fill);
+  Result<void> stream(std::span<const std::int64_t> bricks, WorkerPool& pool,
+                      const FillBrick& fill);
 
   // Submits; does not wait. Errors: failed (no volume), device, out_of_memory.
   Result<void> render(const Camera& camera, PictureSize size);

@@ -21,8 +21,10 @@ std::vector<TransferPoint> ct_skin() {
 }
 
 std::vector<TransferPoint> ct_bone() {
-  return {{-1024, {0.55, 0.35, 0.28}, 0.0}, {150, {0.72, 0.50, 0.38}, 0.0},
-          {250, {0.90, 0.82, 0.68}, 0.15},  {600, {0.97, 0.92, 0.82}, 0.60},
+  return {{-1024, {0.55, 0.35, 0.28}, 0.0},
+          {150, {0.72, 0.50, 0.38}, 0.0},
+          {250, {0.90, 0.82, 0.68}, 0.15},
+          {600, {0.97, 0.92, 0.82}, 0.60},
           {3000, {1.00, 1.00, 0.98}, 0.95}};
 }
 
@@ -37,8 +39,10 @@ std::vector<TransferPoint> ct_airway() {
 
 std::vector<TransferPoint> relative(double lowest, double highest) {
   const auto at = [&](double part) { return lowest + part * (highest - lowest); };
-  return {{at(0.00), {0.30, 0.20, 0.16}, 0.00}, {at(0.12), {0.40, 0.25, 0.18}, 0.00},
-          {at(0.35), {0.66, 0.42, 0.28}, 0.05}, {at(0.65), {0.92, 0.76, 0.54}, 0.25},
+  return {{at(0.00), {0.30, 0.20, 0.16}, 0.00},
+          {at(0.12), {0.40, 0.25, 0.18}, 0.00},
+          {at(0.35), {0.66, 0.42, 0.28}, 0.05},
+          {at(0.65), {0.92, 0.76, 0.54}, 0.25},
           {at(1.00), {1.00, 0.98, 0.94}, 0.70}};
 }
 
@@ -92,8 +96,8 @@ Result<TransferFunction> TransferFunction::preset(std::string_view name, double 
     for (const std::string_view each : kNames) {
       known += (known.empty() ? "" : ", ") + std::string(each);
     }
-    return Error{ErrorKind::usage, "no transfer function preset '" + std::string(name) +
-                                       "'; there are " + known};
+    return Error{ErrorKind::usage,
+                 "no transfer function preset '" + std::string(name) + "'; there are " + known};
   }
   auto transfer = of(std::move(points));
   if (transfer) transfer->surface_value_ = surface;

@@ -1,7 +1,7 @@
 // What a voxel value looks like.
 //
-// Values are in the file's own units (HU for CT). Colours and opacity are 0..1; colours are what the
-// display is given (sRGB-encoded). Opacity is what one voxel length of the value absorbs.
+// Values are in the file's own units (HU for CT). Colours and opacity are 0..1; colours are what
+// the display is given (sRGB-encoded). Opacity is what one voxel length of the value absorbs.
 #pragma once
 
 #include <span>
@@ -28,8 +28,8 @@ class TransferFunction {
   // Two points of one value are a step.
   static Result<TransferFunction> of(std::vector<TransferPoint> points);
 
-  // ct-skin, ct-bone, ct-airway; relative: a warm ramp over lowest..highest, for any other scan (the
-  // others ignore the range). Errors: usage, listing the names.
+  // ct-skin, ct-bone, ct-airway; relative: a warm ramp over lowest..highest, for any other scan
+  // (the others ignore the range). Errors: usage, listing the names.
   static Result<TransferFunction> preset(std::string_view name, double lowest, double highest);
   static std::span<const std::string_view> preset_names();
 
@@ -39,7 +39,8 @@ class TransferFunction {
   double highest() const { return points_.back().value; }
 
   // The value whose surface the eye takes for the outside: a preset's own (ct-skin -300, ct-bone
-  // 250, ct-airway -500), otherwise where opacity first rises. A default for picks and iso pictures.
+  // 250, ct-airway -500), otherwise where opacity first rises. A default for picks and iso
+  // pictures.
   double surface_value() const;
 
   // Evenly spaced samples over lowest()..highest(), both included, opacity raised to a sampling

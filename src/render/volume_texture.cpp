@@ -9,6 +9,8 @@
 namespace maille {
 namespace {
 
+static_assert(kBlockEdge == shader::k_block_edge);
+
 VkFormat format_of(VoxelType type) {
   switch (type) {
     case VoxelType::uint8:
@@ -49,8 +51,8 @@ Result<std::unique_ptr<VolumeTexture>> VolumeTexture::create(gpu::WorkQueue& que
   auto image = gpu::make_image3d(queue, size, format_of(type), "volume");
   if (!image) return image.error();
   texture->image_ = std::move(*image);
-  const auto slots = static_cast<int>(std::clamp<std::int64_t>(staging_slots, 2,
-                                                               std::max<std::int64_t>(2, texture->grid_.count())));
+  const auto slots = static_cast<int>(std::clamp<std::int64_t>(
+      staging_slots, 2, std::max<std::int64_t>(2, texture->grid_.count())));
   auto ring = gpu::StagingRing::create(queue, kBrickVoxels * bytes_per_voxel(type), slots);
   if (!ring) return ring.error();
   texture->ring_ = std::move(*ring);

@@ -1,16 +1,16 @@
 // The volume on the device: bricks in, one 3D texture out. The one room that knows both.
 //
-//            any thread                                     render thread
-//   lend(brick) -> fill the span -> finish(brick)      submit(): pages, then one copy for all of them
+//              any thread                               render thread
+//   lend(brick) -> fill the span -> finish(brick)      submit(): pages, then one copy for all
 //
 // A batch submitted is seen whole by the next frame, or not at all. Voxels go into the span in
 // **texture encoding**: the volume's own type, little endian, x fastest, tightly packed over the
 // brick's box; signed integers with the sign bit flipped (flips_sign_bit()), because only unsigned
 // normalised formats are filtered everywhere.
 //
-// What is seen is decided here per 8^3 block, from the value ranges that finish() took and from what
-// the picture asks for (Visibility). The sparse store keeps pages only for visible blocks and one
-// ring of blocks around them (interpolation and gradients reach there). So a brick can be missing:
+// What is seen is decided here per 8^3 block, from the value ranges that finish() took and from
+// what the picture asks for (Visibility). The sparse store keeps pages only for visible blocks and
+// as far around them as interpolation and gradients reach (two voxels). So a brick can be missing:
 // bricks_wanted() says which ones the next picture needs; Renderer::stream asks until none is.
 #pragma once
 

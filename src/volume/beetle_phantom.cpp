@@ -135,7 +135,7 @@ class BeetlePainter {
   void paint(const PointBlock& block, VoxelIndex first, std::uint16_t* samples) {
     bool is_empty = true;
     for (SolidLayer* layer : {&body_, &wings_, &limbs_, &organs_}) {
-      layer->enter(block);
+      layer->enter(block, shell_ + grid_.edge_width());
       is_empty = is_empty && layer->is_outside();
     }
     if (is_empty) {

@@ -91,7 +91,7 @@ void add_mouth(Solid& skin) {
 void add_skull(Solid& bone) {
   bone.join(ellipsoid({0, 4, 46}, {69, 90.5, 68}), 0);  // vault
   bone.join(ellipsoid({0, 46, 2}, {53, 44.5, 37}), 18);
-  bone.join(mirrored(ellipsoid({44, -24, 6}, {16, 34, 26})), 10);        // temple
+  bone.join(mirrored(ellipsoid({44, -24, 4}, {11, 34, 26})), 10);        // temple
   bone.join(mirrored(cone({6, -83, 16}, 7.5, {43, -67, 19}, 6.5)), 14);  // brow ridge
   bone.join(mirrored(cone({44, -66, 14}, 5, {48, -59, -8}, 4.5)), 9);    // outer orbit rim
   bone.join(mirrored(ellipsoid({43, -57, -20}, {11, 11, 10})), 9);       // cheekbone
@@ -106,7 +106,7 @@ void add_skull(Solid& bone) {
   bone.join(ellipsoid({0, 36, -30}, {36, 30, 10}), 8);                 // base of the skull
   bone.join(mirrored(cone({22, -30, -16}, 5, {20, -28, -46}, 4)), 5);  // pterygoid
   bone.join(mirrored(ellipsoid({52, 24, -32}, {11, 14, 19})), 8);      // mastoid
-  bone.join(mirrored(ellipsoid({56, 6, -8}, {14, 18, 10})), 8);        // around the ear
+  bone.join(mirrored(ellipsoid({55, 6, -8}, {11, 18, 10})), 8);        // around the ear
 }
 
 void carve_skull(Solid& bone) {

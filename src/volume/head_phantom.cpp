@@ -14,6 +14,9 @@ constexpr float kAir = -1000, kMuscle = 48, kSkin = 40, kFat = -85, kEye = 15, k
                 kGreyMatter = 38, kWhiteMatter = 28, kCortical = 1150, kSpongy = 550, kTooth = 2100;
 constexpr float kNoise = 5;  // standard deviation
 
+// Depths in mm below which tissue no longer changes.
+constexpr float kFatDepth = 8, kBoneWall = 4, kFoldDepth = 18;
+
 class HeadPainter {
  public:
   HeadPainter(const HeadAnatomy& anatomy, const PhantomGrid& grid, std::uint64_t seed)
@@ -30,14 +33,16 @@ class HeadPainter {
         air_(anatomy.air, grid.edge_width()) {}
 
   void paint(const PointBlock& block, VoxelIndex first, std::int16_t* samples) {
-    skin_.enter(block);
+    skin_.enter(block, kFatDepth);
     if (skin_.is_outside()) {
       write_block(grid_, first, samples,
                   [](std::size_t) { return static_cast<std::int16_t>(kAir); });
       return;
     }
-    for (SolidLayer* layer : {&bone_, &teeth_, &brain_, &ventricles_, &orbits_, &eyes_, &air_}) {
-      layer->enter(block);
+    bone_.enter(block, kBoneWall);
+    brain_.enter(block, std::max(kFoldDepth, kBoneWall));
+    for (SolidLayer* layer : {&teeth_, &ventricles_, &orbits_, &eyes_, &air_}) {
+      layer->enter(block, 0);
     }
     write_block(grid_, first, samples, [&](std::size_t i) {
       const int n = PointBlock::kEdge, at = static_cast<int>(i);
@@ -78,7 +83,7 @@ class HeadPainter {
 
   // Skin, a layer of fat that is thin over the middle of the face, then muscle.
   float soft_tissue(float depth, glm::vec3 p) const {
-    if (depth > 8.0f) return kMuscle;
+    if (depth > kFatDepth) return kMuscle;
     const glm::vec3 from_nose = (p - glm::vec3(0, -105, -45)) * (1.0f / 32.0f);
     const float away = glm::dot(from_nose, from_nose);
     if (away < 1.0f) return kMuscle;
@@ -89,11 +94,11 @@ class HeadPainter {
   float brain_tissue(float depth, glm::vec3 p, std::size_t i) const {
     constexpr float kFoldsPerMm = 1.0f / 8.5f;
     float hu = kWhiteMatter;
-    if (depth < 18.0f) {
+    if (depth < kFoldDepth) {
       const float fold = std::abs(smooth_noise(p * kFoldsPerMm, seed_) - 0.5f);
-      // Furrows are open at the surface and close 16 mm below it.
-      const float furrow = 0.055f * (1.0f - depth * (1.0f / 18.0f));
-      const float from_liquor = std::min(depth - 1.5f, (fold - furrow) * 26.0f);
+      // Furrows are open at the surface and close at kFoldDepth.
+      const float furrow = 0.055f * (1.0f - depth * (1.0f / kFoldDepth));
+      const float from_liquor = std::min(depth - 1.5f, (fold - furrow) * 26.0f + 0.1f * depth);
       hu = mix(kWhiteMatter, kGreyMatter, coverage(from_liquor - 3.5f, 0.7f));
       hu = mix(hu, kLiquor, coverage(from_liquor, 1.0f));
     }

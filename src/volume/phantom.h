@@ -13,7 +13,7 @@ namespace maille {
 std::span<const std::string_view> phantom_names();
 
 // Each fills a box of fixed extent in mm, centred near the world's origin, with whatever number of
-// voxels it is asked for; edges run smoothly over about a voxel to each side.
+// voxels it is asked for; edges are ramps, about a voxel and a half to each side.
 //
 //   name       box, mm        type, values
 //   hydrogen   64 x 64 x 64   uint8: |psi|^2 of the 3d orbital with m = 0, its axis along z, scaled

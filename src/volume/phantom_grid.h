@@ -19,7 +19,7 @@ struct PhantomGrid {
 
   glm::dvec3 position(glm::dvec3 voxel) const { return origin + spacing * voxel; }
   glm::dmat4 world_from_voxel() const { return axis_aligned(spacing, origin); }
-  // Width over which an edge goes from one value to the other, in mm: a mean spacing and a quarter
+  // Width over which an edge goes from one value to the other, in mm: a mean spacing and a half
   // to each side.
   float edge_width() const;
 

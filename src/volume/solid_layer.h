@@ -14,9 +14,17 @@ class SolidLayer {
   SolidLayer(const Solid& solid, float edge_width)
       : solid_(solid), half_edge_(0.5f * edge_width), inverse_edge_(1.0f / edge_width) {}
 
-  void enter(const PointBlock& block) {
-    is_outside_ = solid_.select(block, which_).lowest > half_edge_;
-    if (!is_outside_) solid_.evaluate(block, which_, distances_);
+  // enough_depth: how far below the edge, in mm, distances are all the same to the caller. Where
+  // the whole block lies deeper, distance() is only some value deeper than that.
+  void enter(const PointBlock& block, float enough_depth) {
+    const auto range = solid_.select(block, which_);
+    is_outside_ = range.lowest > half_edge_;
+    if (is_outside_) return;
+    if (range.highest < -(half_edge_ + enough_depth)) {
+      distances_.fill(range.highest);
+    } else {
+      solid_.evaluate(block, which_, distances_);
+    }
   }
 
   // Whether the whole block lies beyond the solid's edge. distance() then says nothing.

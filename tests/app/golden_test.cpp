@@ -17,11 +17,12 @@ namespace {
 constexpr int kDifference = 6;
 constexpr double kShare = 0.002;
 
-TEST(Golden, Demonstration) {
+TEST(Demonstration, golden_pictures) {
   const Folder folder;
   write_file(folder / "head.json",
-             R"({"volume": {"phantom": "head", "size": [96, 112, 112], "seed": 1},
-                 "relaxation": {"tolerance_voxels": 0.3}})");
+             R"({"volume": {"phantom": "head", "size": [112, 128, 128], "seed": 1},
+                 "relaxation": {"tolerance_voxels": 0.3},
+                 "camera": {"eye_mm": [390, -190, 10], "target_mm": [0, -85, -20]}})");
   const auto run = run_maille(
       {"demo", folder("head.json"), "-o", folder("demo"), "--size", "256x256", "--deterministic"});
   ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -28,11 +28,12 @@ TEST(ChainMail, OneRow) {
   const Size3 size{70, 1, 1};
   const MaterialField field(constant_volume(size), table({material(0, 1, 0.5, 1.25, 0.1)}));
   const Lattice rest(size);
+  MaterialHalos halos(field, rest.grid());
   const ElementSet handle = elements({{0, 0, 0}}, rest.grid());
   const int drag = 10 * kUnitsPerVoxel;
-  const ChainMailAnswer pulled = solve_chainmail({rest, field, handle, {}, {}}, {-drag, 0, 0});
-  const ChainMailAnswer pushed = solve_chainmail({rest, field, handle, {}, {}}, {drag, 0, 0});
-  const ChainMailAnswer sheared = solve_chainmail({rest, field, handle, {}, {}}, {0, drag, 0});
+  const ChainMailAnswer pulled = solve_chainmail({rest, halos, handle, {}, {}}, {-drag, 0, 0});
+  const ChainMailAnswer pushed = solve_chainmail({rest, halos, handle, {}, {}}, {drag, 0, 0});
+  const ChainMailAnswer sheared = solve_chainmail({rest, halos, handle, {}, {}}, {0, drag, 0});
   for (int x = 0; x < size.x; ++x) {
     EXPECT_EQ(pulled.lattice.u({x, 0, 0}), glm::ivec3(-std::max(0, drag - 128 * x), 0, 0)) << x;
     EXPECT_EQ(pushed.lattice.u({x, 0, 0}), glm::ivec3(std::max(0, drag - 256 * x), 0, 0)) << x;
@@ -48,10 +49,11 @@ TEST(ChainMail, OctahedronInOneMaterial) {
   const Size3 size{80, 70, 75};
   const MaterialField field(constant_volume(size), table({material(0, 1, 0.5, 1.75, 0.25)}));
   const Lattice rest(size);
+  MaterialHalos halos(field, rest.grid());
   const VoxelIndex center{41, 33, 36};
   const ElementSet handle = elements({center}, rest.grid());
   const glm::ivec3 by{9 * kUnitsPerVoxel, -4 * kUnitsPerVoxel, 700};
-  const ChainMailAnswer answer = solve_chainmail({rest, field, handle, {}, {}}, by);
+  const ChainMailAnswer answer = solve_chainmail({rest, halos, handle, {}, {}}, by);
   std::int64_t moved = 0;
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
@@ -90,9 +92,10 @@ TEST(ChainMail, RigidBlockMovesWhole) {
       Volume::of(size, VoxelType::uint8, axis_aligned(glm::dvec3(1)), std::move(samples)),
       table({material(0, 1, 0.5, 1.5, 0.2), material(1, 2, 1, 1, 0)}));
   const Lattice rest(size);
+  MaterialHalos halos(field, rest.grid());
   const glm::ivec3 by{1234, -777, 42};
   const ChainMailAnswer answer =
-      solve_chainmail({rest, field, elements({{30, 20, 20}}, rest.grid()), {}, {}}, by);
+      solve_chainmail({rest, halos, elements({{30, 20, 20}}, rest.grid()), {}, {}}, by);
   for (int z = block.lo.z; z < block.hi.z; ++z) {
     for (int y = block.lo.y; y < block.hi.y; ++y) {
       for (int x = block.lo.x; x < block.hi.x; ++x) {
@@ -222,6 +225,7 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
   const Reference reference(volume, materials);
   const auto faces = static_cast<std::uint8_t>(below(3) == 0 ? 1 << below(6) : 0);
   Lattice lattice(size);
+  MaterialHalos halos(field, lattice.grid());
   std::vector<glm::ivec3> u(static_cast<std::size_t>(voxel_count(size)), glm::ivec3(0));
   for (int drag = 0; drag < 4; ++drag) {
     std::vector<VoxelIndex> handle, pinned;
@@ -240,7 +244,7 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
                         below(400) - 200};
     const auto expected = reference.drag(u, handle, pinned, faces, by);
     const ChainMailAnswer answer =
-        solve_chainmail({lattice, field, handle_set, pinned_set, {faces, false}}, by);
+        solve_chainmail({lattice, halos, handle_set, pinned_set, {faces, false}}, by);
     ASSERT_EQ(answer.moved_by, expected.moved_by) << "drag " << drag;
     EXPECT_EQ(answer.clamped, expected.moved_by != by);
     std::size_t i = 0;
@@ -286,10 +290,11 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   brick->update_bounds({{0, 0, 0}, {32, 1, 1}});
   Lattice start(size);
   start.set(0, brick);
+  MaterialHalos halos(field, start.grid());
   const Violations before = violations_of(start, field);
   EXPECT_GT(before.links, 0);
   const ChainMailAnswer answer = solve_chainmail(
-      {start, field, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
+      {start, halos, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
   const Violations after = violations_of(answer.lattice, field);
   EXPECT_LE(after.links, before.links);
   EXPECT_LE(after.worst_voxels, before.worst_voxels);

@@ -23,8 +23,8 @@ class GpuTest : public ::testing::Test {
     }
     instance_ = std::move(*made);
     const char* name = std::getenv("MAILLE_TEST_DEVICE");
-    auto opened = Device::create(*instance_,
-                                 {.name = name != nullptr ? name : "", .store = store, .window = window});
+    auto opened = Device::create(
+        *instance_, {.name = name != nullptr ? name : "", .store = store, .window = window});
     if (!opened) {
       if (store != Store::sparse) ADD_FAILURE() << opened.error().message;
       return false;
@@ -43,7 +43,9 @@ class GpuTest : public ::testing::Test {
     queue_.reset();
     device_.reset();
 #ifdef MAILLE_VALIDATION
-    if (instance_) { EXPECT_TRUE(instance_->validating()); }
+    if (instance_) {
+      EXPECT_TRUE(instance_->validating());
+    }
 #endif
     instance_.reset();
     for (const std::string& message : log_->take()) {
@@ -57,11 +59,11 @@ class GpuTest : public ::testing::Test {
   std::unique_ptr<WorkQueue> queue_;
 };
 
-#define MAILLE_NEEDS(store)                                                             \
-  if (!open(store)) {                                                                   \
-    if (HasFailure()) return;                                                           \
-    GTEST_SKIP() << "this device has no sparse 3D images";                              \
-  }                                                                                     \
+#define MAILLE_NEEDS(store)                                \
+  if (!open(store)) {                                      \
+    if (HasFailure()) return;                              \
+    GTEST_SKIP() << "this device has no sparse 3D images"; \
+  }                                                        \
   static_assert(true)
 
 inline std::vector<std::byte> noise(std::size_t bytes, unsigned seed) {

@@ -58,11 +58,11 @@ class SparseImageTest : public GpuTest {
   std::unique_ptr<UploadQueue> uploads_;
 };
 
-#define PREPARE()                                        \
-  if (!prepare()) {                                      \
-    if (HasFailure()) return;                            \
+#define PREPARE()                                          \
+  if (!prepare()) {                                        \
+    if (HasFailure()) return;                              \
     GTEST_SKIP() << "this device has no sparse 3D images"; \
-  }                                                      \
+  }                                                        \
   static_assert(true)
 
 TEST_F(SparseImageTest, CommitsOnlyWhatABoxTouches) {

@@ -29,9 +29,10 @@ TEST_F(SwapchainTest, PresentsClearsResizesAndDrawsOverIt) {
   EXPECT_NE(target.render_pass, VkRenderPass{});
   for (const VkExtent2D window : {VkExtent2D{64, 48}, VkExtent2D{100, 30}, VkExtent2D{64, 48}}) {
     for (int frame = 0; frame < 5; ++frame) {
-      auto shown = (*swapchain)->present(frame == 0 ? nullptr : &*picture, window,
-                                         frame % 2 == 0 ? DrawOverlay{}
-                                                        : [&](VkCommandBuffer) { ++overlays; });
+      auto shown = (*swapchain)
+                       ->present(
+                           frame == 0 ? nullptr : &*picture, window,
+                           frame % 2 == 0 ? DrawOverlay{} : [&](VkCommandBuffer) { ++overlays; });
       ASSERT_TRUE(shown) << shown.error().message;
       EXPECT_TRUE(*shown);
     }

@@ -68,10 +68,16 @@ TEST_P(Upload, RoundTripsEveryFormatBrickByBrick) {
         TexelBox left = box;
         TexelBox right = box;
         left.hi.x = right.lo.x = std::min(box.lo.x + 5, box.hi.x);
-        if (!left.empty()) { ASSERT_TRUE(uploads.add(*slot, box, left)); }
-        if (!right.empty()) { ASSERT_TRUE(uploads.add(*slot, box, right)); }
+        if (!left.empty()) {
+          ASSERT_TRUE(uploads.add(*slot, box, left));
+        }
+        if (!right.empty()) {
+          ASSERT_TRUE(uploads.add(*slot, box, right));
+        }
         uploads.finish(std::move(*slot));
-        if (++in_batch % 2 == 0) { ASSERT_TRUE(uploads.submit()); }
+        if (++in_batch % 2 == 0) {
+          ASSERT_TRUE(uploads.submit());
+        }
       }
     }
   }
@@ -90,23 +96,23 @@ TEST_P(Upload, RoundTripsEveryFormatBrickByBrick) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Stores, Upload,
-    ::testing::Values(Case{Store::dense, VK_FORMAT_R8_UNORM, {67, 33, 40}},
-                      Case{Store::dense, VK_FORMAT_R16_UNORM, {67, 33, 40}},
-                      Case{Store::dense, VK_FORMAT_R32_SFLOAT, {67, 33, 40}},
-                      Case{Store::dense, VK_FORMAT_R16_UNORM, {5, 1, 2}},
-                      Case{Store::sparse, VK_FORMAT_R8_UNORM, {67, 33, 40}},
-                      Case{Store::sparse, VK_FORMAT_R16_UNORM, {67, 33, 40}},
-                      Case{Store::sparse, VK_FORMAT_R32_SFLOAT, {67, 33, 40}},
-                      Case{Store::sparse, VK_FORMAT_R16_UNORM, {5, 7, 2}},
-                      Case{Store::sparse, VK_FORMAT_R16_UNORM, {64, 64, 3}}),
-    [](const auto& test) {
-      const Case& c = test.param;
-      return std::string(c.store == Store::sparse ? "sparse" : "dense") +
-             std::to_string(8 * texel_bytes(c.format)) + "bit_" + std::to_string(c.extent.x) + "x" +
-             std::to_string(c.extent.y) + "x" + std::to_string(c.extent.z);
-    });
+INSTANTIATE_TEST_SUITE_P(Stores, Upload,
+                         ::testing::Values(Case{Store::dense, VK_FORMAT_R8_UNORM, {67, 33, 40}},
+                                           Case{Store::dense, VK_FORMAT_R16_UNORM, {67, 33, 40}},
+                                           Case{Store::dense, VK_FORMAT_R32_SFLOAT, {67, 33, 40}},
+                                           Case{Store::dense, VK_FORMAT_R16_UNORM, {5, 1, 2}},
+                                           Case{Store::sparse, VK_FORMAT_R8_UNORM, {67, 33, 40}},
+                                           Case{Store::sparse, VK_FORMAT_R16_UNORM, {67, 33, 40}},
+                                           Case{Store::sparse, VK_FORMAT_R32_SFLOAT, {67, 33, 40}},
+                                           Case{Store::sparse, VK_FORMAT_R16_UNORM, {5, 7, 2}},
+                                           Case{Store::sparse, VK_FORMAT_R16_UNORM, {64, 64, 3}}),
+                         [](const auto& test) {
+                           const Case& c = test.param;
+                           return std::string(c.store == Store::sparse ? "sparse" : "dense") +
+                                  std::to_string(8 * texel_bytes(c.format)) + "bit_" +
+                                  std::to_string(c.extent.x) + "x" + std::to_string(c.extent.y) +
+                                  "x" + std::to_string(c.extent.z);
+                         });
 
 using StagingRingTest = GpuTest;
 
@@ -114,7 +120,8 @@ TEST_F(StagingRingTest, SlotsComeBackWithTheTimelineThroughManyBatchesAndTwoThre
   ASSERT_TRUE(open(Store::dense));
   constexpr int kBricks = 300;
   constexpr int kEdge = 8;
-  auto image = make_image3d(*queue_, {kEdge, kEdge, kEdge * kBricks}, VK_FORMAT_R16_UNORM, "volume");
+  auto image =
+      make_image3d(*queue_, {kEdge, kEdge, kEdge * kBricks}, VK_FORMAT_R16_UNORM, "volume");
   ASSERT_TRUE(image);
   constexpr std::size_t kBytes = kEdge * kEdge * kEdge * 2;
   auto ring = StagingRing::create(*queue_, kBytes, 5);
@@ -163,9 +170,9 @@ TEST_F(StagingRingTest, SlotsComeBackWithTheTimelineThroughManyBatchesAndTwoThre
   ASSERT_TRUE(all);
   for (int brick = 0; brick < kBricks; ++brick) {
     const auto voxels = noise(kBytes, static_cast<unsigned>(brick));
-    ASSERT_EQ(std::memcmp(all->data() + static_cast<std::size_t>(brick) * kBytes, voxels.data(),
-                          kBytes),
-              0)
+    ASSERT_EQ(
+        std::memcmp(all->data() + static_cast<std::size_t>(brick) * kBytes, voxels.data(), kBytes),
+        0)
         << "brick " << brick;
   }
 }

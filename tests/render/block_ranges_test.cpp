@@ -40,8 +40,9 @@ INSTANTIATE_TEST_SUITE_P(Types, BlockRangesOf,
                          [](const auto& test) { return std::string(name_of(test.param)); });
 
 TEST_P(BlockRangesOf, HoldEveryVoxelABlockAnswersForAndNoMoreWithinABrick) {
-  const Volume volume = with_voxel_type(
-      GetParam(), [&]<class T>() { return random_volume<T>({70, 33, 41}, GetParam()); });
+  const Volume volume = with_voxel_type(GetParam(), [&]<class T>() {
+    return random_volume<T>({70, 33, 41}, GetParam());
+  });
   const BlockRanges ranges = ranges_of(volume);
   EXPECT_EQ(ranges.blocks(), Size3(9, 5, 6));
   for (int z = 0; z < ranges.blocks().z; ++z) {

@@ -111,9 +111,9 @@ TEST(Camera, OrbitsAllTheWayRoundWithoutLosingItself) {
 }
 
 TEST(Camera, ABasisEvenWhenUpIsOfNoUse) {
-  for (const Camera& camera : {Camera{{0, 0, 0}, {0, 0, 5}, {0, 0, 1}, 30},
-                               Camera{{1, 2, 3}, {1, 2, 3}, {0, 0, 1}, 30},
-                               Camera{{0, 0, 0}, {0, 1, 0}, {0, 0, 0}, 30}}) {
+  for (const Camera& camera :
+       {Camera{{0, 0, 0}, {0, 0, 5}, {0, 0, 1}, 30}, Camera{{1, 2, 3}, {1, 2, 3}, {0, 0, 1}, 30},
+        Camera{{0, 0, 0}, {0, 1, 0}, {0, 0, 0}, 30}}) {
     const CameraBasis basis = basis_of(camera);
     EXPECT_NEAR(glm::dot(basis.right, basis.forward), 0.0, 1e-12);
     EXPECT_NEAR(glm::length(basis.right), 1.0, 1e-12);

@@ -15,8 +15,8 @@ TEST_P(Pick, FindsTheReferencesPointToAHundredthOfAVoxel) {
   MAILLE_OPEN(renderer, GetParam());
   const glm::dmat4 world_from_voxel = turned_and_stretched({0.7, 1.1, 2.3}, {-30, 12, 50});
   const Size3 size{50, 48, 45};
-  const Volume volume = analytic(size, VoxelType::int16, world_from_voxel,
-                                 ball({24, 22, 20}, 14, 6));
+  const Volume volume =
+      analytic(size, VoxelType::int16, world_from_voxel, ball({24, 22, 20}, 14, 6));
   const RenderSettings settings{.mode = RenderMode::iso, .iso_value = in_type(volume.type(), 0.1)};
   show(*renderer, volume, soft_transfer(volume.type()), settings);
   const Camera camera =
@@ -48,8 +48,8 @@ TEST_P(Pick, FindsTheReferencesPointToAHundredthOfAVoxel) {
       EXPECT_LT(glm::length(hit.world_mm - transform_point(world_from_voxel, voxel)), 0.025);
       EXPECT_NEAR(hit.value, settings.iso_value, 60.0);  // of 65536
       const glm::dvec3 gradient = reference::gradient_voxel(volume, voxel);
-      glm::dvec3 normal = glm::normalize(
-          glm::transpose(glm::dmat3(glm::inverse(world_from_voxel))) * gradient);
+      glm::dvec3 normal =
+          glm::normalize(glm::transpose(glm::dmat3(glm::inverse(world_from_voxel))) * gradient);
       if (glm::dot(normal, ray.direction) > 0.0) normal = -normal;
       EXPECT_GT(glm::dot(hit.normal, normal), 0.999);
       EXPECT_NEAR(glm::length(hit.normal), 1.0, 1e-9);
@@ -85,9 +85,8 @@ TEST_P(Pick, HitsWhatTheIsoPictureShows) {
 TEST_P(Pick, ByOpacityStopsWhereHalfTheLightIsGone) {
   MAILLE_OPEN(renderer, GetParam());
   const Size3 size{40, 40, 40};
-  const Volume volume =
-      analytic(size, VoxelType::float32, axis_aligned({1, 1, 1}),
-               [](glm::dvec3 p) { return p.y < 9.5 ? -1.0 : 1.0; });
+  const Volume volume = analytic(size, VoxelType::float32, axis_aligned({1, 1, 1}),
+                                 [](glm::dvec3 p) { return p.y < 9.5 ? -1.0 : 1.0; });
   // Opacity 0.1 a voxel from the plane y = 9.5 on: half after ln 0.5 / ln 0.9 = 6.58 voxels.
   const TransferFunction transfer = *TransferFunction::of(
       {{-1, {1, 1, 1}, 0.0}, {0, {1, 1, 1}, 0.0}, {0, {1, 1, 1}, 0.1}, {1, {1, 1, 1}, 0.1}});
@@ -115,8 +114,8 @@ TEST_P(Pick, FromWithinAndFromTheOtherSide) {
   });
   show(*renderer, volume, soft_transfer(volume.type()),
        {.mode = RenderMode::iso, .iso_value = in_type(volume.type(), 0.0)});
-  for (const glm::dvec3 direction : {glm::dvec3(1, 0, 0), glm::dvec3(0, 0, -1),
-                                     glm::normalize(glm::dvec3(1, -2, 3))}) {
+  for (const glm::dvec3 direction :
+       {glm::dvec3(1, 0, 0), glm::dvec3(0, 0, -1), glm::normalize(glm::dvec3(1, -2, 3))}) {
     const auto hit = renderer->pick(Ray{{64, 64, 64}, direction});
     ASSERT_TRUE(hit);
     ASSERT_TRUE(hit->has_value());

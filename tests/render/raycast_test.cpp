@@ -1,11 +1,12 @@
 // The GPU's pictures against the reference's, and against each other.
 //
-// Tolerance against the reference: at most 3 of 255 in any channel, for all but 0.5 % of the pixels;
-// the others lie on silhouettes, where a rounding decides between surface and background.
+// Tolerance against the reference: at most 3 of 255 in any channel, for all but 0.5 % of the
+// pixels; the others lie on silhouettes, where a rounding decides between surface and background.
 
 #include <cstring>
 #include <thread>
 
+#include "tests/gpu/driver_leaks.h"
 #include "tests/render/render_fixture.h"
 
 namespace maille {
@@ -57,9 +58,9 @@ TEST_P(Raycast, AgreesWithTheReference) {
   const Difference d = difference(drawn, expected, kTolerance);
   EXPECT_LE(d.share_above, kShare) << "largest difference " << d.largest;
   // And it is a picture of something.
-  EXPECT_GT(difference(drawn, {kSize, std::vector<std::uint8_t>(drawn.rgba.size(), 26)}, 30)
-                .share_above,
-            0.1);
+  EXPECT_GT(
+      difference(drawn, {kSize, std::vector<std::uint8_t>(drawn.rgba.size(), 26)}, 30).share_above,
+      0.1);
 }
 
 using enum RenderMode;
@@ -80,7 +81,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"composite_float", dense, VoxelType::float32, composite, true, 1.0, true, false},
         Case{"composite_sparse", sparse, VoxelType::int16, composite, true, 1.0, true, false},
         Case{"composite_sparse_uint8", sparse, VoxelType::uint8, composite, true, 1.0, true, false},
-        Case{"composite_sparse_float", sparse, VoxelType::float32, composite, true, 1.0, true, true},
+        Case{"composite_sparse_float", sparse, VoxelType::float32, composite, true, 1.0, true,
+             true},
         Case{"iso", dense, VoxelType::int16, iso, true, 1.0, false, false},
         Case{"iso_flat", dense, VoxelType::int16, iso, false, 1.0, false, false},
         Case{"iso_turned", dense, VoxelType::int16, iso, true, 0.5, true, false},
@@ -112,7 +114,8 @@ TEST_F(RaycastTest, SparseAndDensePicturesAreTheSameBits) {
     const RenderSettings settings{.mode = mode, .iso_value = in_type(volume.type(), 0.0)};
     show(*sparse_renderer, volume, transfer, settings);
     show(*dense_renderer, volume, transfer, settings);
-    EXPECT_EQ(draw(*sparse_renderer, camera, kSize).rgba, draw(*dense_renderer, camera, kSize).rgba);
+    EXPECT_EQ(draw(*sparse_renderer, camera, kSize).rgba,
+              draw(*dense_renderer, camera, kSize).rgba);
     if (mode != mip) {
       const RenderCounters counters = sparse_renderer->counters();
       EXPECT_LT(counters.pages_resident, counters.pages_total);
@@ -127,9 +130,8 @@ TEST_F(RaycastTest, SkippingChangesNoBit) {
   const TransferFunction transfer = soft_transfer(volume.type());
   for (const RenderMode mode : {composite, iso, mip}) {
     for (const double step : {1.0, 0.23, 3.7}) {
-      RenderSettings settings{.mode = mode,
-                              .iso_value = in_type(volume.type(), 0.0),
-                              .step_voxels = step};
+      RenderSettings settings{
+          .mode = mode, .iso_value = in_type(volume.type(), 0.0), .step_voxels = step};
       show(*renderer, volume, transfer, settings);
       for (const glm::dvec2 turn : {glm::dvec2(0, 0), glm::dvec2(30, 0), glm::dvec2(11, -17)}) {
         const Camera camera =
@@ -149,8 +151,8 @@ TEST_F(RaycastTest, SkippingChangesNoBit) {
 // Rays along the axes and along block walls are where skipping divides by zero.
 TEST_F(RaycastTest, RaysAlongTheAxesSkipTheSameBits) {
   MAILLE_OPEN(renderer, gpu::Store::dense);
-  const Volume volume = analytic({64, 64, 64}, VoxelType::uint8, axis_aligned({1, 1, 1}),
-                                 ball({32, 32, 32}, 14, 3));
+  const Volume volume =
+      analytic({64, 64, 64}, VoxelType::uint8, axis_aligned({1, 1, 1}), ball({32, 32, 32}, 14, 3));
   RenderSettings settings{.iso_value = 128};
   show(*renderer, volume, soft_transfer(volume.type()), settings);
   for (const glm::dvec3 from : {glm::dvec3(1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0, 0, 1)}) {
@@ -164,8 +166,8 @@ TEST_F(RaycastTest, RaysAlongTheAxesSkipTheSameBits) {
     settings.skip_empty = false;
     ASSERT_TRUE(renderer->set_settings(settings));
     EXPECT_EQ(skipped.rgba, draw(*renderer, camera, {33, 33}).rgba);
-    const Picture expected = reference::picture(volume, soft_transfer(volume.type()), settings,
-                                                camera, {33, 33});
+    const Picture expected =
+        reference::picture(volume, soft_transfer(volume.type()), settings, camera, {33, 33});
     EXPECT_LE(difference(skipped, expected, kTolerance).share_above, kShare);
   }
 }
@@ -177,14 +179,18 @@ INSTANTIATE_TEST_SUITE_P(Stores, RaycastStores, ::testing::Values(dense, sparse)
 TEST_P(RaycastStores, ATransferFunctionEditShowsWhatAFreshStartShows) {
   MAILLE_OPEN(edited, GetParam());
   MAILLE_OPEN(fresh, GetParam());
-  const Volume volume = analytic({70, 66, 64}, VoxelType::int16, axis_aligned({1, 1, 1}),
-                                 [](glm::dvec3 p) { return ball({33, 33, 30}, 5, 25)(p); });
+  const Volume volume =
+      analytic({70, 66, 64}, VoxelType::int16, axis_aligned({1, 1, 1}), [](glm::dvec3 p) {
+        return ball({33, 33, 30}, 5, 25)(p);
+      });
   const VoxelType type = volume.type();
   // First only the core is visible, then the halo, then the core again after a trim.
-  const TransferFunction core = *TransferFunction::of(
-      {{in_type(type, -1), {1, 0, 0}, 0.0}, {in_type(type, 0.1), {1, 0, 0}, 0.0}, {in_type(type, 0.2), {1, 1, 0}, 0.4}});
-  const TransferFunction halo = *TransferFunction::of(
-      {{in_type(type, -1), {0, 0, 1}, 0.0}, {in_type(type, -0.8), {0, 1, 1}, 0.03}, {in_type(type, 0.2), {1, 1, 0}, 0.4}});
+  const TransferFunction core = *TransferFunction::of({{in_type(type, -1), {1, 0, 0}, 0.0},
+                                                       {in_type(type, 0.1), {1, 0, 0}, 0.0},
+                                                       {in_type(type, 0.2), {1, 1, 0}, 0.4}});
+  const TransferFunction halo = *TransferFunction::of({{in_type(type, -1), {0, 0, 1}, 0.0},
+                                                       {in_type(type, -0.8), {0, 1, 1}, 0.03},
+                                                       {in_type(type, 0.2), {1, 1, 0}, 0.4}});
   const RenderSettings settings;
   const Camera camera = framing(volume.size(), volume.world_from_voxel(), kSize);
 

@@ -34,8 +34,7 @@ inline glm::dvec3 gradient_voxel(const Volume& volume, glm::dvec3 voxel) {
   for (int axis = 0; axis < 3; ++axis) {
     glm::dvec3 step(0.0);
     step[axis] = 1.0;
-    gradient[axis] =
-        (value_at(volume, voxel + step) - value_at(volume, voxel - step)) / 2.0;
+    gradient[axis] = (value_at(volume, voxel + step) - value_at(volume, voxel - step)) / 2.0;
   }
   return gradient;
 }
@@ -125,8 +124,7 @@ inline glm::dvec3 color(const Volume& volume, const TransferFunction& transfer,
     const glm::dvec4 sample = transfer.at(value);
     const double opacity = 1.0 - std::pow(1.0 - sample.a, settings.step_voxels);
     if (opacity == 0.0) continue;
-    const double light =
-        settings.shading ? brightness(volume, transfer, voxel, ray) : 1.0;
+    const double light = settings.shading ? brightness(volume, transfer, voxel, ray) : 1.0;
     sum += glm::dvec3(sample) * light * opacity * clear;
     clear *= 1.0 - opacity;
   }

@@ -86,7 +86,8 @@ inline Difference difference(const Picture& a, const Picture& b, int tolerance) 
   std::size_t above = 0;
   for (std::size_t i = 0; i + 3 < std::min(a.rgba.size(), b.rgba.size()); i += 4) {
     int worst = 0;
-    for (std::size_t c = 0; c < 4; ++c) worst = std::max(worst, std::abs(a.rgba[i + c] - b.rgba[i + c]));
+    for (std::size_t c = 0; c < 4; ++c)
+      worst = std::max(worst, std::abs(a.rgba[i + c] - b.rgba[i + c]));
     d.largest = std::max(d.largest, worst);
     if (worst > tolerance) ++above;
   }
@@ -150,12 +151,12 @@ class RenderTest : public ::testing::Test {
   std::vector<std::unique_ptr<Renderer>> renderers_;
 };
 
-#define MAILLE_OPEN(renderer, store)                              \
-  Renderer* renderer = open(store);                               \
-  if (renderer == nullptr) {                                      \
-    if (HasFailure()) return;                                     \
-    GTEST_SKIP() << "this device has no sparse 3D images";        \
-  }                                                               \
+#define MAILLE_OPEN(renderer, store)                       \
+  Renderer* renderer = open(store);                        \
+  if (renderer == nullptr) {                               \
+    if (HasFailure()) return;                              \
+    GTEST_SKIP() << "this device has no sparse 3D images"; \
+  }                                                        \
   static_assert(true)
 
 }  // namespace maille
