@@ -21,9 +21,9 @@ struct Protrusion {
 };
 Protrusion most_anterior(const Volume& volume, double surface_value);
 
-// Actions for a scene that has none, and a three-quarter camera unless it has one: the tip is dragged
-// outwards by 25 voxels, but by no more than 8 % of the volume's extent and not out of it, in 25
-// steps, and the whole relaxed.
+// Actions for a scene that has none, and a three-quarter camera unless it has one: the tip is
+// dragged outwards by 25 voxels, but by no more than 8 % of the volume's extent and not out of it,
+// in 25 steps, and the whole relaxed.
 void add_demonstration(Scene& scene, const Volume& volume, const VolumeStatistics& range);
 
 }  // namespace maille

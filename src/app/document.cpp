@@ -208,7 +208,7 @@ Result<void> Document::relax(const RelaxAction& action) {
   deformer_->mark_undo_step();
   deformer_->adopt(relaxation.lattice());
 
-  const auto& progress = relaxation.progress();
+  const auto& progress = relaxation.measure();
   auto& s = *statistics_.relaxation;
   if (s.iterations == 0) s.energy_first = progress.energy_first;
   s.iterations += progress.iterations;

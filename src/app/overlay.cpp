@@ -1,10 +1,10 @@
 #include "app/overlay.h"
 
-#include <cstdio>
+#include <cmath>
 
-#include <imgui.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_vulkan.h>
+#include <imgui.h>
 
 #include "app/bindings.h"
 
@@ -29,9 +29,12 @@ void status_panel(const OverlayContent& content) {
                 s.drag_ms, s.clamped ? ", held by an anchor" : "");
   }
   if (s.relaxing) {
-    ImGui::Text("relaxation%s: step %lld, about %.2f voxels from equilibrium",
-                s.paused ? " (paused)" : "", static_cast<long long>(s.iterations),
-                s.residual_voxels);
+    const std::string left = std::isfinite(s.residual_voxels)
+                                 ? ", about " + std::to_string(s.residual_voxels).substr(0, 4) +
+                                       " voxels from equilibrium"
+                                 : "";
+    ImGui::Text("relaxation%s: step %lld%s", s.paused ? " (paused)" : "",
+                static_cast<long long>(s.iterations), left.c_str());
   } else if (s.converged) {
     ImGui::Text("relaxation: at equilibrium (%.3f voxels)", s.residual_voxels);
   }

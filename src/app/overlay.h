@@ -1,5 +1,5 @@
-// What is written over the picture: the help, the grab radius, what the machine is doing. Dear ImGui
-// draws it.
+// What is written over the picture: the help, the grab radius, what the machine is doing. Dear
+// ImGui draws it.
 #pragma once
 
 #include <memory>
@@ -15,11 +15,11 @@ struct OverlayContent {
   SimulationStatus simulation;
   std::string device;
   double frame_ms = 0.0;
-  int pixel_scale = 1;              // picture pixels are this many window pixels wide
+  int pixel_scale = 1;  // picture pixels are this many window pixels wide
   double radius_voxels = 0.0;
   bool help = false;
-  std::string message;              // what just happened
-  std::optional<glm::dvec2> grab;   // window position of what is held
+  std::string message;             // what just happened
+  std::optional<glm::dvec2> grab;  // window position of what is held
 };
 
 class Overlay {

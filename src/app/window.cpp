@@ -17,8 +17,8 @@ namespace {
 
 constexpr PictureSize kFirstSize{1024, 768};
 constexpr double kFrameGoal_ms = 50.0;
-constexpr int kCoarsest = 4;               // window pixels a picture pixel
-constexpr double kStill_seconds = 0.2;     // without a change: draw at full resolution
+constexpr int kCoarsest = 4;            // window pixels a picture pixel
+constexpr double kStill_seconds = 0.2;  // without a change: draw at full resolution
 constexpr double kFirstRadius_voxels = 4.0;
 constexpr double kLargestRadius_voxels = 64.0;
 
@@ -83,7 +83,8 @@ class Session {
       }
       if (auto update = simulation_.take_view()) {
         if (auto shown = view_.show(*std::move(update)); !shown) return shown;
-        touch();
+        // Not a touch: a volume that relaxes on its own is shown sharp.
+        changed_ = true;
       }
       if (!failed_.ok()) return failed_;
       if (auto drawn = draw(); !drawn) return drawn;
@@ -216,9 +217,8 @@ class Session {
     const auto on_plane = point_on_facing_plane(view_.camera(), size, last_, anchor_mm_);
     if (!on_plane) return false;
     drag_start_mm_ = *on_plane;
-    const VoxelIndex element =
-        glm::clamp(VoxelIndex(glm::round(view_.rest_voxel((*hit)->voxel))), VoxelIndex(0),
-                   volume_.size() - 1);
+    const VoxelIndex element = glm::clamp(VoxelIndex(glm::round(view_.rest_voxel((*hit)->voxel))),
+                                          VoxelIndex(0), volume_.size() - 1);
     simulation_.grab(element, radius_voxels_);
     grab_position_ = last_;
     motion_ = Motion::grab;
@@ -234,8 +234,7 @@ class Session {
 
   void switch_mode() {
     RenderSettings settings = view_.renderer().settings();
-    settings.mode =
-        settings.mode == RenderMode::iso ? RenderMode::composite : RenderMode::iso;
+    settings.mode = settings.mode == RenderMode::iso ? RenderMode::composite : RenderMode::iso;
     if (auto set = view_.renderer().set_settings(settings); !set) failed_ = set;
     // The other mode may show bricks that this one had no need of.
     wants_bricks_ = true;
@@ -341,12 +340,10 @@ void install_callbacks(GLFWwindow* window) {
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
     with_session(w, [&](Session& s) { s.on_key(key, action, modifiers); });
   });
-  glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) {
-    with_session(w, [](Session& s) { s.touch(); });
-  });
-  glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) {
-    with_session(w, [](Session& s) { s.touch(); });
-  });
+  glfwSetFramebufferSizeCallback(
+      window, [](GLFWwindow* w, int, int) { with_session(w, [](Session& s) { s.touch(); }); });
+  glfwSetWindowRefreshCallback(
+      window, [](GLFWwindow* w) { with_session(w, [](Session& s) { s.touch(); }); });
 }
 
 std::string title_of(const Scene& scene) {

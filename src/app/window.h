@@ -7,7 +7,8 @@
 namespace maille {
 
 // Opens the scene and returns when the window is closed.
-// Errors: device (no display, no usable device or it was lost), and whatever opening the scene meets.
+// Errors: device (no display, no usable device or it was lost), and whatever opening the scene
+// meets.
 Result<void> run_window(Scene scene, const GlobalOptions& global);
 
 }  // namespace maille

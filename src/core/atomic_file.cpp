@@ -55,7 +55,8 @@ Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
   if (target.empty() || std::filesystem::is_directory(target, ignored)) {
     return Error{ErrorKind::file_system, path.string() + ": expected a file name, got a directory"};
   }
-  std::string name = (directory_of(target) / ("." + target.filename().string() + ".XXXXXX")).string();
+  std::string name =
+      (directory_of(target) / ("." + target.filename().string() + ".XXXXXX")).string();
   const int descriptor = mkstemp(name.data());
   if (descriptor < 0) return system_error(path, "creating a temporary file beside it");
   fchmod(descriptor, default_file_mode());

@@ -15,7 +15,8 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& path) {
   const auto refuse = [&](const std::string& why) {
     return Error{ErrorKind::file_system, path.string() + ": " + why};
   };
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A pipe in a file's place must be refused, not waited for.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return refuse(std::string("cannot be opened: ") + std::strerror(errno));
   struct stat status {};
   if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {

@@ -21,8 +21,7 @@ WorkerPool::~WorkerPool() {
   wake_.notify_all();
 }
 
-void WorkerPool::for_each(std::int64_t count,
-                          const std::function<void(std::int64_t, int)>& f) {
+void WorkerPool::for_each(std::int64_t count, const std::function<void(std::int64_t, int)>& f) {
   std::lock_guard loop_lock(loop_mutex_);
   if (threads_.empty() || count <= 1) {
     for (std::int64_t index = 0; index < count; ++index) f(index, 0);

@@ -16,9 +16,7 @@ namespace maille {
 using Size3 = glm::ivec3;       // extent along x, y, z, in voxels (or bricks, where a name says so)
 using VoxelIndex = glm::ivec3;  // a sample's index; signed, so that neighbours of 0 can be named
 
-inline std::int64_t voxel_count(Size3 size) {
-  return std::int64_t{size.x} * size.y * size.z;
-}
+inline std::int64_t voxel_count(Size3 size) { return std::int64_t{size.x} * size.y * size.z; }
 
 // Position of a sample in memory, x fastest. 64 bits: volumes pass 2^31 samples.
 inline std::int64_t linear_index(VoxelIndex voxel, Size3 size) {

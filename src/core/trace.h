@@ -1,4 +1,5 @@
-// Spans of time, for `--trace FILE`: Chrome/Perfetto trace JSON of what every thread and the GPU did.
+// Spans of time, for `--trace FILE`: Chrome/Perfetto trace JSON of what every thread and the GPU
+// did.
 //
 // Off until start() is called; an idle Span then costs one relaxed load. The recorder is one for
 // the process, because a span must not need a pointer handed through every call.

@@ -41,11 +41,16 @@ class ElementSet {
 ElementSet ball_of_elements(VoxelIndex center, double radius_voxels, const BrickGrid& grid);
 
 enum Face : std::uint8_t {
-  face_low_x = 1, face_high_x = 2, face_low_y = 4, face_high_y = 8, face_low_z = 16, face_high_z = 32
+  face_low_x = 1,
+  face_high_x = 2,
+  face_low_y = 4,
+  face_high_y = 8,
+  face_low_z = 16,
+  face_high_z = 32
 };
 
 struct AnchorRules {
-  std::uint8_t faces = 0;   // bits of Face: stated anchors
+  std::uint8_t faces = 0;    // bits of Face: stated anchors
   bool free_border = false;  // "anchors": "none": not even relaxation holds the border
 };
 

@@ -2,17 +2,38 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <queue>
+#include <utility>
 
 #include "core/trace.h"
 
 namespace maille {
 namespace {
 
-constexpr int kStride[3] = {1, kBrickEdge, kBrickEdge * kBrickEdge};
+constexpr int kStride[3] = {1, kBrickEdge, kBrickEdge* kBrickEdge};
 
-using Labels = std::array<std::int32_t, kBrickVoxels>;
+int row_of(int y, int z) { return z * kBrickEdge + y; }
+
+// The labels of a brick, and for each of its rows when a label last rose and which of those rises
+// every step of the sweep has passed on already. What has nothing new to pass on is skipped.
+struct Labels {
+  enum Step { scan, to_higher_y, to_lower_y, to_higher_z, to_lower_z, steps };
+  using RowStamps = std::array<std::uint32_t, kBrickEdge * kBrickEdge>;
+
+  std::array<std::int32_t, kBrickVoxels> delta{};
+  RowStamps risen{};
+  std::array<RowStamps, steps> passed_on{};
+  std::uint32_t clock = 0;
+
+  void rise(int row) { risen[static_cast<std::size_t>(row)] = ++clock; }
+  bool reached(int row) const { return risen[static_cast<std::size_t>(row)] != 0; }
+  // Whether a step has something to do for a row, which it is then taken to have done.
+  bool take(Step step, int row) {
+    std::uint32_t& done = passed_on[step][static_cast<std::size_t>(row)];
+    const std::uint32_t wanted = risen[static_cast<std::size_t>(row)];
+    return std::exchange(done, wanted) != wanted;
+  }
+};
 
 // How far an element may move along the drag before it pushes the one beside it. `up` is what the
 // lower end of a link has towards the upper one, `down` the other way.
@@ -21,72 +42,72 @@ struct Slack {
   std::int32_t down = 0;
 };
 
-int row_of(int y, int z) { return z * kBrickEdge + y; }
-
-// Which rows of a brick hold a label above 0: the others have nothing to pass on.
-using RowFlags = std::array<std::uint8_t, kBrickEdge * kBrickEdge>;
-
 // One round of max-plus sweeps over the elements of a brick: planes up, then planes down, in each
 // plane along x and y both ways. Carries a label along every path that is monotone in z. Returns
 // whether a label rose. SlackOf says up(axis, lower element), down(axis, lower element) and, first,
 // prepare(y, z) for the links that start in a row.
 template <class SlackOf>
-bool sweep_round(std::int32_t* labels, RowFlags& active, Size3 extent, SlackOf& slack) {
-  bool any_changed = false;
-  const auto push_rows = [&](int axis, int y, int z, int side) {
+bool sweep_round(Labels& labels, Size3 extent, SlackOf& slack) {
+  std::int32_t* const delta = labels.delta.data();
+  bool any_rose = false;
+  const auto push_row = [&](Labels::Step step, int axis, int y, int z, int side) {
+    if (!labels.take(step, row_of(y, z))) return;
     const int to_y = axis == 1 ? y + side : y;
     const int to_z = axis == 2 ? z + side : z;
-    if (!active[static_cast<std::size_t>(row_of(y, z))]) return;
     slack.prepare(std::min(y, to_y), std::min(z, to_z));
     const int from = row_of(y, z) * kBrickEdge;
     const int to = row_of(to_y, to_z) * kBrickEdge;
     const int lower = std::min(from, to);
-    std::int32_t changed = 0;
+    std::int32_t rose = 0;
     for (int x = 0; x < extent.x; ++x) {
       const std::int32_t pushed =
-          labels[from + x] - (side > 0 ? slack.up(axis, lower + x) : slack.down(axis, lower + x));
-      const std::int32_t old = labels[to + x];
+          delta[from + x] - (side > 0 ? slack.up(axis, lower + x) : slack.down(axis, lower + x));
+      const std::int32_t old = delta[to + x];
       const std::int32_t now = std::max(old, pushed);
-      changed |= now ^ old;
-      labels[to + x] = now;
+      rose |= now ^ old;
+      delta[to + x] = now;
     }
-    if (changed == 0) return;
-    active[static_cast<std::size_t>(row_of(to_y, to_z))] = 1;
-    any_changed = true;
+    if (rose == 0) return;
+    labels.rise(row_of(to_y, to_z));
+    any_rose = true;
   };
   const auto scan_row = [&](int y, int z) {
-    if (!active[static_cast<std::size_t>(row_of(y, z))]) return;
+    const int row = row_of(y, z);
+    if (!labels.take(Labels::scan, row)) return;
     slack.prepare(y, z);
-    const int row = row_of(y, z) * kBrickEdge;
-    std::int32_t changed = 0;
-    std::int32_t carried = labels[row];
-    for (int x = 1; x < extent.x; ++x) {
-      carried = std::max(labels[row + x], carried - slack.up(0, row + x - 1));
-      changed |= carried ^ labels[row + x];
-      labels[row + x] = carried;
+    const int first = row * kBrickEdge;
+    std::int32_t rose = 0;
+    std::int32_t carried = delta[first];
+    for (int e = first + 1; e < first + extent.x; ++e) {
+      carried = std::max(delta[e], carried - slack.up(0, e - 1));
+      rose |= carried ^ delta[e];
+      delta[e] = carried;
     }
-    for (int x = extent.x - 2; x >= 0; --x) {
-      carried = std::max(labels[row + x], carried - slack.down(0, row + x));
-      changed |= carried ^ labels[row + x];
-      labels[row + x] = carried;
+    for (int e = first + extent.x - 2; e >= first; --e) {
+      carried = std::max(delta[e], carried - slack.down(0, e));
+      rose |= carried ^ delta[e];
+      delta[e] = carried;
     }
-    any_changed = any_changed || changed != 0;
+    if (rose == 0) return;
+    labels.rise(row);
+    labels.take(Labels::scan, row);  // a row scanned both ways has nothing left to give itself
+    any_rose = true;
   };
   const auto sweep_plane = [&](int z) {
     for (int y = 0; y < extent.y; ++y) scan_row(y, z);
-    for (int y = 0; y < extent.y - 1; ++y) push_rows(1, y, z, 1);
-    for (int y = extent.y - 1; y > 0; --y) push_rows(1, y, z, -1);
+    for (int y = 0; y < extent.y - 1; ++y) push_row(Labels::to_higher_y, 1, y, z, 1);
+    for (int y = extent.y - 1; y > 0; --y) push_row(Labels::to_lower_y, 1, y, z, -1);
   };
   sweep_plane(0);
   for (int z = 1; z < extent.z; ++z) {
-    for (int y = 0; y < extent.y; ++y) push_rows(2, y, z - 1, 1);
+    for (int y = 0; y < extent.y; ++y) push_row(Labels::to_higher_z, 2, y, z - 1, 1);
     sweep_plane(z);
   }
   for (int z = extent.z - 2; z >= 0; --z) {
-    for (int y = 0; y < extent.y; ++y) push_rows(2, y, z + 1, -1);
+    for (int y = 0; y < extent.y; ++y) push_row(Labels::to_lower_z, 2, y, z + 1, -1);
     sweep_plane(z);
   }
-  return any_changed;
+  return any_rose;
 }
 
 // The table's limits of one component, seen along the drag: for each axis and pair of materials
@@ -163,9 +184,7 @@ class VaryingSlack {
     if (z + 1 < extent.z) fill(2, first, row_of(y, z), extent.x);
   }
 
-  std::int32_t up(int axis, int lower) const {
-    return up_[axis][static_cast<std::size_t>(lower)];
-  }
+  std::int32_t up(int axis, int lower) const { return up_[axis][static_cast<std::size_t>(lower)]; }
   std::int32_t down(int axis, int lower) const {
     return down_[axis][static_cast<std::size_t>(lower)];
   }
@@ -215,7 +234,9 @@ class ComponentSolver {
     for (const auto& [linear, mask] : problem_.handle.bricks()) {
       Labels& labels = labels_of(linear);
       for (std::size_t e = 0; e < mask->size(); ++e) {
-        if (mask->test(e)) labels[e] = drag_;
+        if (!mask->test(e)) continue;
+        labels.delta[e] = drag_;
+        labels.rise(static_cast<int>(e) / kBrickEdge);
       }
       enqueue(linear, drag_);
     }
@@ -266,26 +287,20 @@ class ComponentSolver {
     for (int axis = 0; axis < 3; ++axis) {
       for (const int side : {-1, 1}) pull(brick, box, halo, axis, side, labels);
     }
-    RowFlags active{};
-    for (std::size_t row = 0; row < active.size(); ++row) {
-      std::int32_t any = 0;
-      for (std::size_t x = 0; x < kBrickEdge; ++x) any |= labels[row * kBrickEdge + x];
-      active[row] = any != 0;
-    }
     if (halo.uniform && !here) {
       UniformSlack slack;
       for (int axis = 0; axis < 3; ++axis) {
         slack.slack[static_cast<std::size_t>(axis)] =
             limits_.slack(axis, *halo.uniform, *halo.uniform, 0);
       }
-      // One slack an axis: the longest paths are monotone, and one round finds them all.
-      sweep_round(labels.data(), active, box.size(), slack);
+      while (sweep_round(labels, box.size(), slack)) {
+      }
     } else {
       slack_.begin(box, halo, here ? here->u[component_] : nullptr, limits_);
-      while (sweep_round(labels.data(), active, box.size(), slack_)) {
+      while (sweep_round(labels, box.size(), slack_)) {
       }
     }
-    raise_overshoot(linear, box, halo, active, labels);
+    raise_overshoot(linear, box, halo, labels);
     for (int axis = 0; axis < 3; ++axis) {
       for (const int side : {-1, 1}) wish(brick, box, halo, axis, side, labels);
     }
@@ -309,8 +324,7 @@ class ComponentSolver {
         const int e = element_in_brick(own);
         const int n = element_in_brick(beside);
         f(static_cast<std::size_t>(e), static_cast<std::size_t>(n), [&] {
-          const std::int32_t difference =
-              u_of(there, component_, n) - u_of(here, component_, e);
+          const std::int32_t difference = u_of(there, component_, n) - u_of(here, component_, e);
           const MaterialId own_id = halo.at(own);
           const MaterialId beside_id = halo.at(beside);
           return side < 0 ? limits_.slack(axis, beside_id, own_id, -difference)
@@ -333,9 +347,12 @@ class ComponentSolver {
     const Labels& theirs = *labels_[static_cast<std::size_t>(neighbour)];
     for_each_crossing(box, halo, axis, side, neighbour,
                       [&](std::size_t e, std::size_t n, const auto& slack) {
-                        if (theirs[n] <= labels[e]) return;
+                        if (theirs.delta[n] <= labels.delta[e]) return;
                         const Slack s = slack();
-                        labels[e] = std::max(labels[e], theirs[n] - (side < 0 ? s.up : s.down));
+                        const std::int32_t pushed = theirs.delta[n] - (side < 0 ? s.up : s.down);
+                        if (pushed <= labels.delta[e]) return;
+                        labels.delta[e] = pushed;
+                        labels.rise(static_cast<int>(e) / kBrickEdge);
                       });
   }
 
@@ -348,25 +365,24 @@ class ComponentSolver {
     std::int32_t highest = 0;
     for_each_crossing(box, halo, axis, side, neighbour,
                       [&](std::size_t e, std::size_t n, const auto& slack) {
-                        const std::int32_t label = theirs ? (*theirs)[n] : 0;
-                        if (labels[e] <= std::max(label, highest)) return;
+                        const std::int32_t label = theirs ? theirs->delta[n] : 0;
+                        if (labels.delta[e] <= std::max(label, highest)) return;
                         const Slack s = slack();
-                        const std::int32_t pushed = labels[e] - (side < 0 ? s.down : s.up);
+                        const std::int32_t pushed = labels.delta[e] - (side < 0 ? s.down : s.up);
                         if (pushed > label) highest = std::max(highest, pushed);
                       });
     if (highest > 0) enqueue(neighbour, highest);
   }
 
   void raise_overshoot(std::int64_t linear, const VoxelBox& box, const MaterialHalo& halo,
-                       const RowFlags& active, const Labels& labels) {
+                       const Labels& labels) {
     if (const ElementSet::Mask* pinned = problem_.pinned.brick(linear)) {
       for (std::size_t e = 0; e < pinned->size(); ++e) {
-        if (pinned->test(e)) overshoot_ = std::max(overshoot_, labels[e]);
+        if (pinned->test(e)) overshoot_ = std::max(overshoot_, labels.delta[e]);
       }
     }
     const MaterialTable& table = problem_.halos.table();
-    const bool fixed_material =
-        table.any_fixed() && (!halo.uniform || table.fixed(*halo.uniform));
+    const bool fixed_material = table.any_fixed() && (!halo.uniform || table.fixed(*halo.uniform));
     const Size3 size = grid_.volume_size();
     const bool at_face =
         problem_.anchors.faces != 0 && (glm::any(glm::equal(box.lo, VoxelIndex(0))) ||
@@ -374,11 +390,12 @@ class ComponentSolver {
     if (!fixed_material && !at_face) return;
     for (int z = box.lo.z; z < box.hi.z; ++z) {
       for (int y = box.lo.y; y < box.hi.y; ++y) {
-        if (!active[static_cast<std::size_t>(row_of(y & 31, z & 31))]) continue;
+        if (!labels.reached(row_of(y & 31, z & 31))) continue;
         const MaterialId* ids = halo.row({box.lo.x, y, z});
         for (int x = box.lo.x; x < box.hi.x; ++x) {
           const VoxelIndex voxel{x, y, z};
-          const std::int32_t label = labels[static_cast<std::size_t>(element_in_brick(voxel))];
+          const std::int32_t label =
+              labels.delta[static_cast<std::size_t>(element_in_brick(voxel))];
           if (label <= overshoot_) continue;
           if ((fixed_material && table.fixed(ids[x - box.lo.x])) ||
               (at_face && (faces_of(voxel, size) & problem_.anchors.faces))) {
@@ -431,7 +448,8 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
       const Labels* labels = solver_of[c] ? solver_of[c]->labels(linear) : nullptr;
       if (!labels) continue;
       const std::int32_t overshoot = solver_of[c]->overshoot();
-      if (*std::max_element(labels->begin(), labels->end()) <= overshoot) continue;
+      const auto& delta = labels->delta;
+      if (*std::max_element(delta.begin(), delta.end()) <= overshoot) continue;
       if (!brick) {
         const LatticeBrick* start = problem.start.brick(linear);
         brick = start ? std::make_shared<LatticeBrick>(*start) : std::make_shared<LatticeBrick>();
@@ -439,7 +457,7 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
       const std::int32_t sign = solver_of[c]->sign();
       std::int32_t* u = brick->u[c];
       for (std::size_t e = 0; e < kBrickVoxels; ++e) {
-        const std::int32_t by_label = std::max(0, (*labels)[e] - overshoot);
+        const std::int32_t by_label = std::max(0, delta[e] - overshoot);
         u[e] += sign * by_label;
         moved[e] |= by_label > 0;
       }

@@ -24,17 +24,17 @@
 namespace maille {
 
 struct ChainMailProblem {
-  const Lattice& start;             // within the limits, or as relaxation left it: a link outside
-                                    // its limits counts as having no slack and gets no worse
+  const Lattice& start;  // within the limits, or as relaxation left it: a link outside
+                         // its limits counts as having no slack and gets no worse
   MaterialHalos& halos;
-  const ElementSet& handle;         // moves as one
-  const ElementSet& pinned;         // fixed besides faces and materials; disjoint from handle
+  const ElementSet& handle;  // moves as one
+  const ElementSet& pinned;  // fixed besides faces and materials; disjoint from handle
   AnchorRules anchors;
 };
 
 struct ChainMailAnswer {
   Lattice lattice;
-  glm::ivec3 moved_by{0};           // fixed point: the drag, less what anchors held back
+  glm::ivec3 moved_by{0};  // fixed point: the drag, less what anchors held back
   bool clamped = false;
   std::int64_t elements_moved = 0;  // elements with a label above 0 in some component
   std::int64_t bricks_swept = 0;

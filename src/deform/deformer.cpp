@@ -94,8 +94,7 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
   const auto begin = std::chrono::steady_clock::now();
-  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->halos,
-                                 stroke_->handle.elements,
+  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->halos, stroke_->handle.elements,
                                  stroke_->pinned, anchors_};
   ChainMailAnswer answer = solve_chainmail(problem, by);
   lattice_ = std::move(answer.lattice);
@@ -103,8 +102,7 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
   report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
   report.clamped = answer.clamped;
   report.elements_moved = answer.elements_moved;
-  report.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;
 }
 

@@ -23,7 +23,7 @@ struct DragReport {
   glm::dvec3 moved_by_voxels{0};  // less than asked where an anchor held
   bool clamped = false;
   std::int64_t elements_moved = 0;
-  double seconds = 0.0;           // of solving
+  double seconds = 0.0;  // of solving
 };
 
 class Deformer {

@@ -57,8 +57,8 @@ Violations violations_of(const Lattice& lattice, const MaterialField& materials)
   const Size3 size = grid.volume_size();
   Violations found;
   std::int64_t worst = 0;
-  std::vector<MaterialId> ids(static_cast<std::size_t>((kBrickEdge + 1) * (kBrickEdge + 1) *
-                                                       (kBrickEdge + 1)));
+  std::vector<MaterialId> ids(
+      static_cast<std::size_t>((kBrickEdge + 1) * (kBrickEdge + 1) * (kBrickEdge + 1)));
   for (std::int64_t b = 0; b < grid.count(); ++b) {
     const BrickIndex brick = grid.brick(b);
     // A brick's links are those that start in it and run to the next element along each axis: they

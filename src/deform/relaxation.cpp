@@ -27,14 +27,29 @@ constexpr double kSmallestMove_voxels = 1e-6;
 constexpr double kEnergyNoise = 1e-6;
 
 constexpr std::array<glm::ivec3, 18> kSpringOffsets = {{
-    {1, 0, 0},  {-1, 0, 0}, {0, 1, 0},  {0, -1, 0}, {0, 0, 1},  {0, 0, -1},
-    {1, 1, 0},  {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {1, 0, 1},  {-1, 0, -1},
-    {1, 0, -1}, {-1, 0, 1}, {0, 1, 1},  {0, -1, -1}, {0, 1, -1}, {0, -1, 1},
+    {1, 0, 0},
+    {-1, 0, 0},
+    {0, 1, 0},
+    {0, -1, 0},
+    {0, 0, 1},
+    {0, 0, -1},
+    {1, 1, 0},
+    {-1, -1, 0},
+    {1, -1, 0},
+    {-1, 1, 0},
+    {1, 0, 1},
+    {-1, 0, -1},
+    {1, 0, -1},
+    {-1, 0, 1},
+    {0, 1, 1},
+    {0, -1, -1},
+    {0, 1, -1},
+    {0, -1, 1},
 }};
 
 struct Spring {
-  int halo_step = 0;        // from element i to element j in a halo array
-  glm::vec3 rest_mm{0};     // X_i - X_j
+  int halo_step = 0;     // from element i to element j in a halo array
+  glm::vec3 rest_mm{0};  // X_i - X_j
   float length_mm = 0.0f;
 };
 
@@ -82,10 +97,10 @@ struct Relaxation::State {
   std::vector<std::unique_ptr<BrickMotion>> motions;
   std::vector<std::int64_t> moving;  // bricks with a motion, by rising index
   std::vector<std::int64_t> active;
-  std::vector<Halo> halos;           // one a worker
+  std::vector<Halo> halos;  // one a worker
   Lattice published;
   double resting_move_voxels;
-  std::deque<double> recent_moves;   // largest move of each of the last sweeps
+  std::deque<double> recent_moves;  // largest move of each of the last sweeps
 
   State(const Lattice& lattice, const MaterialField& field, const ElementSet& held_elements,
         AnchorRules anchor_rules, WorkerPool& workers, const RelaxationOptions& wanted)
@@ -238,7 +253,8 @@ struct Relaxation::State {
                 std::fill(row, row + (x1 - x0), beyond);
                 continue;
               }
-              const float* other = from + (((z - 1) & 31) * kBrickEdge + ((y - 1) & 31)) * kBrickEdge +
+              const float* other = from +
+                                   (((z - 1) & 31) * kBrickEdge + ((y - 1) & 31)) * kBrickEdge +
                                    ((x0 - 1) & 31);
               std::copy(other, other + (x1 - x0), row);
             }
@@ -435,7 +451,6 @@ struct Relaxation::State {
     progress.largest_move_voxels = largest;
     estimate_residual();
     if (progress.iterations % kSweepsPerCheck == 0) check();
-    if (progress.converged) settle_energy();
   }
 
   // Distance left, taking the moves to go on shrinking at the rate of the last sweeps: the tail of
@@ -523,6 +538,11 @@ const RelaxationProgress& Relaxation::iterate() {
 }
 
 const RelaxationProgress& Relaxation::progress() const { return state_->progress; }
+
+const RelaxationProgress& Relaxation::measure() {
+  state_->settle_energy();
+  return state_->progress;
+}
 
 Lattice Relaxation::lattice() { return state_->lattice(); }
 

@@ -25,19 +25,20 @@
 namespace maille {
 
 struct RelaxationOptions {
-  double tolerance_voxels = 0.01;  // stop when the estimated distance to equilibrium is below
-  double step = 0.95;              // of the safe step, in (0, 1)
-  double rest_vector_blend = 0.25; // 0: springs alone; 1: rest vectors alone
+  double tolerance_voxels = 0.01;   // stop when the estimated distance to equilibrium is below
+  double step = 0.95;               // of the safe step, in (0, 1)
+  double rest_vector_blend = 0.25;  // 0: springs alone; 1: rest vectors alone
 };
 
 struct RelaxationProgress {
   std::int64_t iterations = 0;
   std::int64_t element_updates = 0;
-  double energy_first = 0.0;   // of the elements swept, at the first iteration; N mm-like units
-  double energy_last = 0.0;
-  bool energy_ever_rose = false;
+  double energy_first = 0.0;  // of all springs that are out of rest, stiffness * mm^2
+  double energy_last = 0.0;   // when last measured: every 16 iterations, at the end, by measure()
+  bool energy_ever_rose = false;     // between two of these
   double largest_move_voxels = 0.0;  // in the last iteration
-  double residual_voxels = 0.0;      // estimated largest distance to equilibrium
+  double residual_voxels = 0.0;      // estimated largest distance to equilibrium; infinite until
+                                     // there are moves enough to tell (16 iterations)
   bool converged = false;
 };
 
@@ -52,6 +53,8 @@ class Relaxation {
   // One sweep of every active brick. Bit-equal for any number of threads.
   const RelaxationProgress& iterate();
   const RelaxationProgress& progress() const;
+  // Brings the energy up to date, for who stops before the end.
+  const RelaxationProgress& measure();
 
   // The state now, rounded to fixed point; bricks that did not change since the last call are the
   // same shared bricks.

@@ -34,7 +34,8 @@ MaterialId MaterialField::at(VoxelIndex voxel) const {
   return id;
 }
 
-std::optional<MaterialId> MaterialField::read(const VoxelBox& box, std::span<MaterialId> ids) const {
+std::optional<MaterialId> MaterialField::read(const VoxelBox& box,
+                                              std::span<MaterialId> ids) const {
   if (single_material()) {
     std::fill(ids.begin(), ids.end(), MaterialId{0});
     return MaterialId{0};
@@ -45,8 +46,8 @@ std::optional<MaterialId> MaterialField::read(const VoxelBox& box, std::span<Mat
     const auto samples = volume_.voxels<T>();
     for (int z = box.lo.z; z < box.hi.z; ++z) {
       for (int y = box.lo.y; y < box.hi.y; ++y) {
-        const T* row = &samples[static_cast<std::size_t>(
-            linear_index({box.lo.x, y, z}, volume_.size()))];
+        const T* row =
+            &samples[static_cast<std::size_t>(linear_index({box.lo.x, y, z}, volume_.size()))];
         for (int x = 0; x < extent.x; ++x) {
           if constexpr (std::is_integral_v<T>) {
             *out++ = id_of_stored_[static_cast<std::make_unsigned_t<T>>(row[x])];

@@ -30,7 +30,8 @@ bool all_within(glm::dvec3 v, double low, double high) {
 // Towards zero: a limit never becomes wider than what was asked for. The nudge keeps a limit that
 // is a whole number of units from losing one to the binary form of its decimal.
 std::int32_t inside(double limit_voxels) {
-  return static_cast<std::int32_t>(limit_voxels * kUnitsPerVoxel + std::copysign(1e-9, limit_voxels));
+  return static_cast<std::int32_t>(limit_voxels * kUnitsPerVoxel +
+                                   std::copysign(1e-9, limit_voxels));
 }
 
 LinkLimits limits_between(const Material& i, const Material& j) {
@@ -52,14 +53,17 @@ LinkLimits limits_between(const Material& i, const Material& j) {
 
 Result<MaterialTable> MaterialTable::create(std::vector<Material> materials) {
   if (materials.empty() || materials.size() > kMaxMaterials) {
-    return Error{ErrorKind::bad_input,
-                 "material table: expected 1 to 256 materials, got " + std::to_string(materials.size())};
+    return Error{ErrorKind::bad_input, "material table: expected 1 to 256 materials, got " +
+                                           std::to_string(materials.size())};
   }
   for (const Material& m : materials) {
-    if (!(m.value_low < m.value_high)) return refuse(m, "expected a value range [low, high) with low < high");
+    if (!(m.value_low < m.value_high))
+      return refuse(m, "expected a value range [low, high) with low < high");
     if (!all_within(m.compress, 0.0, 1.0)) return refuse(m, "expected compress within 0 to 1");
-    if (!all_within(m.stretch, 1.0, kLargestLimit)) return refuse(m, "expected stretch within 1 to 100000");
-    if (!all_within(m.shear, 0.0, kLargestLimit)) return refuse(m, "expected shear within 0 to 100000");
+    if (!all_within(m.stretch, 1.0, kLargestLimit))
+      return refuse(m, "expected stretch within 1 to 100000");
+    if (!all_within(m.shear, 0.0, kLargestLimit))
+      return refuse(m, "expected shear within 0 to 100000");
     if (!(m.stiffness > 0.0) || !(m.stiffness >= 1e-12 && m.stiffness <= 1e12)) {
       return refuse(m, "expected a stiffness within 1e-12 to 1e12");
     }
@@ -83,7 +87,9 @@ Result<MaterialTable> MaterialTable::create(std::vector<Material> materials) {
 }
 
 MaterialTable MaterialTable::ct() {
-  const auto table = [](std::vector<Material> m) { return std::move(create(std::move(m))).value(); };
+  const auto table = [](std::vector<Material> m) {
+    return std::move(create(std::move(m))).value();
+  };
   return table({
       {"air", -1024, -300, glm::dvec3(0.2), glm::dvec3(4.0), glm::dvec3(1.0), 0.001, false},
       {"fat", -300, -20, glm::dvec3(0.4), glm::dvec3(3.0), glm::dvec3(1.0), 0.5, false},
@@ -96,10 +102,13 @@ MaterialTable MaterialTable::relative(double lowest, double highest) {
   const double range = highest > lowest ? highest - lowest : 1.0;
   const double soft = lowest + range / 3.0;
   const double end = lowest + range * 1.001;
-  return std::move(create({
-             {"soft", lowest, soft, glm::dvec3(0.5), glm::dvec3(3.0), glm::dvec3(0.24), 0.1, false},
-             {"firm", soft, end, glm::dvec3(0.7), glm::dvec3(1.8), glm::dvec3(0.3), 1.0, false},
-         })).value();
+  return std::move(
+             create({
+                 {"soft", lowest, soft, glm::dvec3(0.5), glm::dvec3(3.0), glm::dvec3(0.24), 0.1,
+                  false},
+                 {"firm", soft, end, glm::dvec3(0.7), glm::dvec3(1.8), glm::dvec3(0.3), 1.0, false},
+             }))
+      .value();
 }
 
 MaterialId MaterialTable::id_of(double value) const {
@@ -115,7 +124,8 @@ MaterialId MaterialTable::id_of(double value) const {
 }
 
 bool MaterialTable::any_fixed() const {
-  return std::any_of(materials_.begin(), materials_.end(), [](const Material& m) { return m.fixed; });
+  return std::any_of(materials_.begin(), materials_.end(),
+                     [](const Material& m) { return m.fixed; });
 }
 
 std::vector<std::string> MaterialTable::warnings() const {

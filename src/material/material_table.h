@@ -24,7 +24,7 @@ inline constexpr int kMaxMaterials = 256;
 
 struct Material {
   std::string name;
-  double value_low = 0.0;   // half-open range [low, high) of voxel values, in the file's own units
+  double value_low = 0.0;  // half-open range [low, high) of voxel values, in the file's own units
   double value_high = 0.0;
   glm::dvec3 compress{0.6};  // shortest link along each axis, 0 <= compress <= 1
   glm::dvec3 stretch{1.5};   // longest link along each axis, >= 1

@@ -9,8 +9,9 @@ constexpr float kVoxelsFromUnits = 1.0f / kUnitsPerVoxel;
 
 // Rest coordinate of a corner: half a voxel beyond the border for the two that are no element.
 float rest_coordinate(int corner, int size) {
-  return corner < 0 ? -0.5f : corner >= size ? static_cast<float>(size) - 0.5f
-                                             : static_cast<float>(corner);
+  return corner < 0       ? -0.5f
+         : corner >= size ? static_cast<float>(size) - 0.5f
+                          : static_cast<float>(corner);
 }
 
 }  // namespace
@@ -44,8 +45,9 @@ CornerRow CornerPlanes::fill_row(Float4* out, int y, int z) const {
   for (int x = cells_.lo.x; x <= cells_.hi.x;) {
     // One stretch of corners whose elements lie in one brick.
     const VoxelIndex first{std::clamp(x, 0, size.x - 1), row_element.y, row_element.z};
-    const int end = std::min(cells_.hi.x + 1,
-                             x < 0 ? 0 : x >= size.x ? x + 1 : std::min((x | 31) + 1, size.x));
+    const int end = std::min(cells_.hi.x + 1, x < 0         ? 0
+                                              : x >= size.x ? x + 1
+                                                            : std::min((x | 31) + 1, size.x));
     const LatticeBrick* brick = lattice_.brick(grid.linear(BrickGrid::brick_of(first)));
     int element = element_in_brick(first);
     for (; x < end; ++x, ++element) {
@@ -56,9 +58,9 @@ CornerRow CornerPlanes::fill_row(Float4* out, int y, int z) const {
         const std::int32_t uy = brick->u[1][element];
         const std::int32_t uz = brick->u[2][element];
         if ((ux | uy | uz) != 0) {
-          corner += Float4{static_cast<float>(ux), static_cast<float>(uy),
-                           static_cast<float>(uz), 0.0f} *
-                    splat(kVoxelsFromUnits);
+          corner +=
+              Float4{static_cast<float>(ux), static_cast<float>(uy), static_cast<float>(uz), 0.0f} *
+              splat(kVoxelsFromUnits);
           corner[3] = 1.0f;
           row.last_moved = x - cells_.lo.x;
           row.first_moved = std::min(row.first_moved, row.last_moved);

@@ -1,4 +1,5 @@
-// The lattice's corners as it lies now, read in order: what every walk over deformed cells stands on.
+// The lattice's corners as it lies now, read in order: what every walk over deformed cells stands
+// on.
 #pragma once
 
 #include <algorithm>
@@ -75,10 +76,10 @@ void for_each_moved_cell(const Lattice& lattice, const VoxelBox& cells, glm::ive
       const CornerRow& b = planes.row(y + 1, z);
       const CornerRow& c = planes.row(y, z + 1);
       const CornerRow& d = planes.row(y + 1, z + 1);
-      const int first = std::max(
-          0, std::min({a.first_moved, b.first_moved, c.first_moved, d.first_moved}) - 1);
-      const int last = std::min(
-          cells.size().x - 1, std::max({a.last_moved, b.last_moved, c.last_moved, d.last_moved}));
+      const int first =
+          std::max(0, std::min({a.first_moved, b.first_moved, c.first_moved, d.first_moved}) - 1);
+      const int last = std::min(cells.size().x - 1,
+                                std::max({a.last_moved, b.last_moved, c.last_moved, d.last_moved}));
       if (first > last) continue;
       if (misses(least_of(a.lowest, b.lowest, c.lowest, d.lowest),
                  greatest_of(a.highest, b.highest, c.highest, d.highest))) {

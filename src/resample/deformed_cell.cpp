@@ -7,7 +7,7 @@ namespace maille {
 namespace {
 
 constexpr int kNewtonSteps = 10;
-constexpr float kSettled = 1e-5f;       // of a cell
+constexpr float kSettled = 1e-5f;         // of a cell
 constexpr float kSmallestVolume = 1e-6f;  // of a cell, in voxels
 
 glm::vec3 xyz(Float4 v) { return {v[0], v[1], v[2]}; }
@@ -34,8 +34,8 @@ CellInverse::CellInverse(const DeformedCell& cell) : cell_(cell) {
   const Float4 jx = x_ + half * (xy_ + xz_) + quarter * xyz_;
   const Float4 jy = y_ + half * (xy_ + yz_) + quarter * xyz_;
   const Float4 jz = z_ + half * (xz_ + yz_) + quarter * xyz_;
-  center_ = xyz(constant_ + half * (x_ + y_ + z_) + quarter * (xy_ + xz_ + yz_) +
-                splat(0.125f) * xyz_);
+  center_ =
+      xyz(constant_ + half * (x_ + y_ + z_) + quarter * (xy_ + xz_ + yz_) + splat(0.125f) * xyz_);
   const glm::mat3 x_from_t(xyz(jx), xyz(jy), xyz(jz));
   regular_ = glm::determinant(x_from_t) > kSmallestVolume;
   if (!regular_) return;

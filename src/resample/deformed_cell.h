@@ -33,8 +33,8 @@ class CellInverse {
   explicit CellInverse(const DeformedCell& cell);
 
   // The t whose x(t) is the point. Newton from the middle of the cell; where that does not settle
-  // (a folded or flat cell) the six tetrahedra around the cell's diagonal decide. The answer may lie
-  // outside of [0,1]^3 by up to `margin` (below 1/2). nullopt: not in this cell.
+  // (a folded or flat cell) the six tetrahedra around the cell's diagonal decide. The answer may
+  // lie outside of [0,1]^3 by up to `margin` (below 1/2). nullopt: not in this cell.
   std::optional<glm::vec3> operator()(glm::vec3 point, float margin) const;
 
  private:

@@ -20,10 +20,10 @@ class CellPlane {
       const CornerRow& b = planes.row(y + 1, z);
       const CornerRow& c = planes.row(y, z + 1);
       const CornerRow& d = planes.row(y + 1, z + 1);
-      const int first = std::max(
-          0, std::min({a.first_moved, b.first_moved, c.first_moved, d.first_moved}) - 1);
-      const int last = std::min(
-          width_ - 1, std::max({a.last_moved, b.last_moved, c.last_moved, d.last_moved}));
+      const int first =
+          std::max(0, std::min({a.first_moved, b.first_moved, c.first_moved, d.first_moved}) - 1);
+      const int last =
+          std::min(width_ - 1, std::max({a.last_moved, b.last_moved, c.last_moved, d.last_moved}));
       if (first > last) continue;
       float* out = row(y - cells.lo.y);
       Float4 low = least_of(a.corners[first], b.corners[first], c.corners[first], d.corners[first]);
@@ -93,8 +93,8 @@ class Offer {
                                 above.row(std::max(y - 1 - cells.lo.y, 0))};
       float most = 0.0f;
       for (int x = 0; x < width; ++x) {
-        reach_[static_cast<std::size_t>(x)] = std::max(std::max(around[0][x], around[1][x]),
-                                                       std::max(around[2][x], around[3][x]));
+        reach_[static_cast<std::size_t>(x)] =
+            std::max(std::max(around[0][x], around[1][x]), std::max(around[2][x], around[3][x]));
         most = std::max(most, reach_[static_cast<std::size_t>(x)]);
       }
       if (most == 0.0f || misses(corners, std::sqrt(most))) continue;
@@ -171,7 +171,8 @@ void drop_outside(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
                                  static_cast<int>(e / size.x / size.y)};
         const bool border = glm::any(glm::equal(element, VoxelIndex(0))) ||
                             glm::any(glm::equal(element, VoxelIndex(size - 1)));
-        if (border && !covered_beside(volume, element, box.lo, glm::vec3(VoxelIndex(x, y, z) - box.lo))) {
+        if (border &&
+            !covered_beside(volume, element, box.lo, glm::vec3(VoxelIndex(x, y, z) - box.lo))) {
           claims.score[i] = BrickClaims::kUncovered;
         }
       }

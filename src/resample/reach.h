@@ -12,8 +12,8 @@ namespace maille {
 // A cell is named by its corner of lowest index, `base`: it lies between the elements base and
 // base + 1. Base -1 and base n-1 are the half cells by which the volume reaches beyond its border.
 struct Reach {
-  VoxelBox cells;            // bases of the cells that have a moved corner in the brick
-  glm::ivec3 u_lowest{0};    // fixed-point bounds of u over all their corners
+  VoxelBox cells;          // bases of the cells that have a moved corner in the brick
+  glm::ivec3 u_lowest{0};  // fixed-point bounds of u over all their corners
   glm::ivec3 u_highest{0};
 
   // Voxels that the cells can cover, clipped to the volume.

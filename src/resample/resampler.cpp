@@ -87,9 +87,8 @@ ResampleCounts& ResampleCounts::operator+=(const ResampleCounts& other) {
 Resampler::Resampler(Volume volume, Lattice lattice, ResampleMethod method,
                      double background_value) {
   const glm::dvec3 spacing_mm = volume.spacing_mm();
-  state_ = std::make_unique<State>(State{std::move(volume),
-                                         DeformedVolume(std::move(lattice), spacing_mm), method,
-                                         background_value});
+  state_ = std::make_unique<State>(State{
+      std::move(volume), DeformedVolume(std::move(lattice), spacing_mm), method, background_value});
 }
 
 Resampler::~Resampler() = default;
@@ -109,9 +108,8 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
     counts.moved_voxels = claims.open(state.deformed, brick);
     const bool border_moved = nearest ? find_nearest(state.deformed, box, claims)
                                       : find_rest(state.deformed, box, claims);
-    counts.background_voxels =
-        std::count(claims.score.begin(), claims.score.begin() + counts.voxels,
-                   BrickClaims::kUncovered);
+    counts.background_voxels = std::count(
+        claims.score.begin(), claims.score.begin() + counts.voxels, BrickClaims::kUncovered);
     if (!border_moved) counts.unfilled_voxels = counts.background_voxels;
   }
   with_voxel_type(state.volume.type(), [&]<class T>() {

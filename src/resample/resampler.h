@@ -2,9 +2,9 @@
 //
 // Object order: every deformed cell (the box between 8 neighbouring elements) finds the voxels it
 // covers, so nothing inside the deformed volume is left unfilled, folded or not. The paper's walk
-// from voxel to voxel finds "more than 99 %", and Newton from a neighbour's answer picks a branch by
-// continuity at folds. Where several cells cover a voxel the one whose element lies nearest wins,
-// ties to the lower element index.
+// from voxel to voxel finds "more than 99 %", and Newton from a neighbour's answer picks a branch
+// by continuity at folds. Where several cells cover a voxel the one whose element lies nearest
+// wins, ties to the lower element index.
 //
 // The volume reaches half a voxel beyond its border elements; a voxel that no cell covers gets the
 // background value. An element at rest owns its voxel: untouched volume comes back bit for bit.
@@ -29,7 +29,7 @@ enum class ResampleMethod {
 
 struct ResampleCounts {
   std::int64_t voxels = 0;
-  std::int64_t moved_voxels = 0;    // not owned by an element at rest
+  std::int64_t moved_voxels = 0;       // not owned by an element at rest
   std::int64_t background_voxels = 0;  // covered by no cell
   std::int64_t unfilled_voxels = 0;    // of these, not explained by the border having moved
 

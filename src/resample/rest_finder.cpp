@@ -31,7 +31,9 @@ glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size) {
   glm::vec3 rest;
   for (int c = 0; c < 3; ++c) {
     const auto b = static_cast<float>(base[c]);
-    rest[c] = base[c] < 0 ? -0.5f + 0.5f * t[c] : base[c] == size[c] - 1 ? b + 0.5f * t[c] : b + t[c];
+    rest[c] = base[c] < 0              ? -0.5f + 0.5f * t[c]
+              : base[c] == size[c] - 1 ? b + 0.5f * t[c]
+                                       : b + t[c];
   }
   return rest;
 }
@@ -93,8 +95,8 @@ bool claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
             const float high = highest[c] + slack;
             first[c] = static_cast<int>(low);
             first[c] += static_cast<float>(first[c]) < low;
-            last[c] = high > static_cast<float>(extent[c] - 1) ? extent[c] - 1
-                                                               : static_cast<int>(high);
+            last[c] =
+                high > static_cast<float>(extent[c] - 1) ? extent[c] - 1 : static_cast<int>(high);
             last[c] -= static_cast<float>(last[c]) == high && !only_uncovered;
             if (first[c] > last[c]) return;
           }
@@ -174,12 +176,11 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
 bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3 origin,
                     glm::vec3 point) {
   bool covered = false;
-  for_each_moved_cell(volume.lattice, {element - 1, element + 1}, origin,
-                      point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
-                      [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                        covered = covered || claim_of(cell, CellInverse(cell), base, point, volume,
-                                                      kInside_cells);
-                      });
+  for_each_moved_cell(
+      volume.lattice, {element - 1, element + 1}, origin, point - kBoundsSlack_voxels,
+      point + kBoundsSlack_voxels, [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+        covered = covered || claim_of(cell, CellInverse(cell), base, point, volume, kInside_cells);
+      });
   return covered;
 }
 

@@ -196,8 +196,9 @@ HeadAnatomy::HeadAnatomy() {
 
   brain.join(ellipsoid({0, 4, 46}, {62.5, 84, 61.5}), 0);
   brain.join(ellipsoid({0, 46, 2}, {47, 38, 31}), 14);
-  brain.join(cone({0, 32, -20}, 9, {0, 34, -52}, 6), 6);   // brain stem
-  brain.join(cone({0, 34, -52}, 6, {0, 40, -175}, 5), 2);  // spinal cord
+  brain.carve(mirrored(cone({32, -92, -1}, 24, {17, -40, 3}, 11)), 4);  // roof of the orbit
+  brain.join(cone({0, 32, -20}, 9, {0, 34, -52}, 6), 6);                // brain stem
+  brain.join(cone({0, 34, -52}, 6, {0, 40, -175}, 5), 2);               // spinal cord
   ventricles.join(mirrored(cone({6, -28, 42}, 4, {10, 8, 50}, 4.5)), 4);
   ventricles.join(mirrored(cone({10, 8, 50}, 4.5, {20, 40, 34}, 3.5)), 4);
   ventricles.join(ellipsoid({0, 4, 28}, {2, 12, 9}), 3);

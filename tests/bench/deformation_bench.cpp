@@ -31,8 +31,8 @@ Deformer scene(Scene which) {
   for (int z = 0; z < kSize.z; ++z) {
     for (int y = 0; y < kSize.y; ++y) {
       for (int x = 0; x < kSize.x; ++x) {
-        samples.push_back(kinds[static_cast<std::size_t>(
-            linear_index(VoxelIndex(x, y, z) / block, blocks))]);
+        samples.push_back(
+            kinds[static_cast<std::size_t>(linear_index(VoxelIndex(x, y, z) / block, blocks))]);
       }
     }
   }
@@ -49,15 +49,13 @@ Deformer scene(Scene which) {
   };
   std::vector<Material> materials{material("soft", 0, 0.6, 1.5, 0.25)};
   if (which != one_material) materials.push_back(material("firm", 1, 0.8, 1.3, 0.15));
-  return Deformer(Volume::of(kSize, VoxelType::uint8, axis_aligned(glm::dvec3(1)),
-                             std::move(samples)),
-                  std::move(MaterialTable::create(std::move(materials))).value(), {});
+  return Deformer(
+      Volume::of(kSize, VoxelType::uint8, axis_aligned(glm::dvec3(1)), std::move(samples)),
+      std::move(MaterialTable::create(std::move(materials))).value(), {});
 }
 
 // A drag of 25 voxels along one axis, which moves one to four million elements.
-DragReport drag(Deformer& deformer) {
-  return *deformer.drag_to({0, -25, 0});
-}
+DragReport drag(Deformer& deformer) { return *deformer.drag_to({0, -25, 0}); }
 
 void label(benchmark::State& state) {
   constexpr const char* kNames[] = {"one material", "random blocks of 8", "random voxels"};
@@ -94,9 +92,9 @@ void resample(benchmark::State& state) {
   label(state);
   const auto method = static_cast<ResampleMethod>(state.range(1));
   Deformer deformer = scene(static_cast<Scene>(state.range(0)));
-  const Volume volume = Volume::of(kSize, VoxelType::int16, axis_aligned(glm::dvec3(1)),
-                                   std::vector<std::int16_t>(
-                                       static_cast<std::size_t>(voxel_count(kSize)), 7));
+  const Volume volume =
+      Volume::of(kSize, VoxelType::int16, axis_aligned(glm::dvec3(1)),
+                 std::vector<std::int16_t>(static_cast<std::size_t>(voxel_count(kSize)), 7));
   static_cast<void>(deformer.begin_stroke(kSize / 2, 4));
   drag(deformer);
   const auto dirty = dirty_bricks(Lattice(kSize), deformer.lattice());

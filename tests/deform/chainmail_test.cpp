@@ -125,7 +125,9 @@ class Reference {
   Answer drag(const std::vector<glm::ivec3>& start, const std::vector<VoxelIndex>& handle,
               const std::vector<VoxelIndex>& pinned, std::uint8_t faces, glm::ivec3 by) const {
     const Size3 size = volume_.size();
-    const auto index = [&](VoxelIndex v) { return static_cast<std::size_t>(linear_index(v, size)); };
+    const auto index = [&](VoxelIndex v) {
+      return static_cast<std::size_t>(linear_index(v, size));
+    };
     Answer answer{start, by};
     for (int c = 0; c < 3; ++c) {
       const std::int64_t sign = by[c] < 0 ? -1 : 1;
@@ -181,7 +183,8 @@ class Reference {
       }
       for (const VoxelIndex p : pinned) held_back = std::max(held_back, label[index(p)]);
       for (std::size_t at = 0; at < label.size(); ++at) {
-        answer.u[at][c] += static_cast<int>(sign * std::max<std::int64_t>(0, label[at] - held_back));
+        answer.u[at][c] +=
+            static_cast<int>(sign * std::max<std::int64_t>(0, label[at] - held_back));
       }
       answer.moved_by[c] = static_cast<int>(sign * (drag - held_back));
     }
@@ -293,8 +296,8 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   MaterialHalos halos(field, start.grid());
   const Violations before = violations_of(start, field);
   EXPECT_GT(before.links, 0);
-  const ChainMailAnswer answer = solve_chainmail(
-      {start, halos, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
+  const ChainMailAnswer answer =
+      solve_chainmail({start, halos, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
   const Violations after = violations_of(answer.lattice, field);
   EXPECT_LE(after.links, before.links);
   EXPECT_LE(after.worst_voxels, before.worst_voxels);

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include <Eigen/Sparse>
 #include <gtest/gtest.h>
+#include <Eigen/Sparse>
 
 #include "tests/deform/scenes.h"
 
@@ -81,9 +81,9 @@ TEST(Relaxation, HangingBar) {
   const Size3 size{1, 1, n};
   const Volume volume = random_volume(size, 3, 1, 11, {1, 1, 0.8});
   const std::vector<double> stiffness{1.0, 4.0, 20.0};
-  const MaterialField field(volume, table({material(0, 1, 0.1, 9, 1, 1.0),
-                                           material(1, 2, 0.1, 9, 1, 4.0),
-                                           material(2, 3, 0.1, 9, 1, 20.0)}));
+  const MaterialField field(volume,
+                            table({material(0, 1, 0.1, 9, 1, 1.0), material(1, 2, 0.1, 9, 1, 4.0),
+                                   material(2, 3, 0.1, 9, 1, 20.0)}));
   const auto compliance = [&](int z) {
     return 1.0 / stiffness[static_cast<std::size_t>(volume.value_at({0, 0, z}))];
   };
@@ -128,15 +128,16 @@ std::vector<glm::dvec3> equilibrium(const Volume& volume, const std::vector<doub
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x) {
         const VoxelIndex i{x, y, z};
-        for (const glm::ivec3 o : {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0), glm::ivec3(0, 0, 1),
-                                   glm::ivec3(1, 1, 0), glm::ivec3(1, -1, 0), glm::ivec3(1, 0, 1),
-                                   glm::ivec3(1, 0, -1), glm::ivec3(0, 1, 1), glm::ivec3(0, 1, -1)}) {
+        for (const glm::ivec3 o :
+             {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0), glm::ivec3(0, 0, 1), glm::ivec3(1, 1, 0),
+              glm::ivec3(1, -1, 0), glm::ivec3(1, 0, 1), glm::ivec3(1, 0, -1), glm::ivec3(0, 1, 1),
+              glm::ivec3(0, 1, -1)}) {
           const VoxelIndex j = i + o;
           if (!contains(size, j)) continue;
           const double si = 1.0 / stiffness[static_cast<std::size_t>(volume.value_at(i))];
           const double sj = 1.0 / stiffness[static_cast<std::size_t>(volume.value_at(j))];
-          springs.push_back({index(i), index(j), 2.0 / (si + sj),
-                             glm::dvec3(o) * volume.spacing_mm()});
+          springs.push_back(
+              {index(i), index(j), 2.0 / (si + sj), glm::dvec3(o) * volume.spacing_mm()});
         }
       }
     }
@@ -146,7 +147,8 @@ std::vector<glm::dvec3> equilibrium(const Volume& volume, const std::vector<doub
     Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * n);
     std::vector<Eigen::Triplet<double>> entries;
     for (const Spring& s : springs) {
-      const glm::dvec3 du = u_mm[static_cast<std::size_t>(s.j)] - u_mm[static_cast<std::size_t>(s.i)];
+      const glm::dvec3 du =
+          u_mm[static_cast<std::size_t>(s.j)] - u_mm[static_cast<std::size_t>(s.i)];
       const glm::dvec3 p = s.rest + du;
       const double l = glm::length(p);
       const double d = glm::length(s.rest);
@@ -157,9 +159,9 @@ std::vector<glm::dvec3> equilibrium(const Volume& volume, const std::vector<doub
         force[3 * s.j + a] -= f[a];
         for (int b = 0; b < 3; ++b) {
           const double same = a == b ? 1.0 : 0.0;
-          const double h =
-              s.k * ((1 - blend) * (direction[a] * direction[b] * (d / l) +
-                                    same * std::max(0.0, 1 - d / l)) + blend * same);
+          const double h = s.k * ((1 - blend) * (direction[a] * direction[b] * (d / l) +
+                                                 same * std::max(0.0, 1 - d / l)) +
+                                  blend * same);
           entries.emplace_back(3 * s.i + a, 3 * s.i + b, h);
           entries.emplace_back(3 * s.j + a, 3 * s.j + b, h);
           entries.emplace_back(3 * s.i + a, 3 * s.j + b, -h);
@@ -234,8 +236,7 @@ TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x, ++i) {
-        const glm::dvec3 away =
-            lattice.displacement_voxels({x, y, z}) - expected[i] / spacing_mm;
+        const glm::dvec3 away = lattice.displacement_voxels({x, y, z}) - expected[i] / spacing_mm;
         worst = std::max(worst, glm::length(away));
         if (held[i]) {
           EXPECT_EQ(lattice.u({x, y, z}), deformer.lattice().u({x, y, z}));
@@ -253,8 +254,8 @@ TEST(Relaxation, SameBitsForAnyNumberOfThreads) {
   const Volume volume = random_volume(size, 2, 5, 3);
   std::optional<Lattice> first;
   for (const int threads : {1, 2, 3, 8}) {
-    Deformer deformer(volume, table({material(0, 1, 0.4, 2, 0.3, 1), material(1, 2, 0.9, 1.1, 0.05, 50)}),
-                      {});
+    Deformer deformer(
+        volume, table({material(0, 1, 0.4, 2, 0.3, 1), material(1, 2, 0.9, 1.1, 0.05, 50)}), {});
     ASSERT_TRUE(deformer.begin_stroke({40, 35, 33}, 3).ok());
     ASSERT_TRUE(deformer.drag_to({0, -9, 4}).ok());
     WorkerPool pool(threads);

@@ -44,8 +44,8 @@ inline Volume random_volume(Size3 size, int kinds, int block, unsigned seed,
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x, ++i) {
-        samples[i] = of_block[static_cast<std::size_t>(
-            linear_index(VoxelIndex(x, y, z) / block, blocks))];
+        samples[i] =
+            of_block[static_cast<std::size_t>(linear_index(VoxelIndex(x, y, z) / block, blocks))];
       }
     }
   }

@@ -1,6 +1,6 @@
 #include "gpu/device.h"
 
-#include "tests/gpu/driver_leaks.h"
+#include "tests/gpu/driver_noise.h"
 #include "tests/gpu/gpu_fixture.h"
 
 namespace maille::gpu {

@@ -19,8 +19,8 @@ Material material(const char* name, double low, double high) {
 }
 
 TEST(MaterialTable, RangesAreHalfOpenAndGapsGoToTheNearest) {
-  const auto table =
-      MaterialTable::create({material("b", 100, 200), material("a", 0, 50), material("c", 200, 300)});
+  const auto table = MaterialTable::create(
+      {material("b", 100, 200), material("a", 0, 50), material("c", 200, 300)});
   ASSERT_TRUE(table.ok());
   EXPECT_EQ(table->materials()[0].name, "a");
   EXPECT_EQ(table->id_of(-1e9), 0);
@@ -52,11 +52,11 @@ TEST(MaterialTable, LimitsAreMeansRoundedTowardsTheInside) {
     EXPECT_EQ(link.upper[0][0], 384);   // 0.75 voxel exactly
     EXPECT_EQ(link.lower[1][1], -76);   // -0.15: -76.8
     EXPECT_EQ(link.upper[1][1], 64);
-    EXPECT_EQ(link.lower[2][2], 0);     // rigid
+    EXPECT_EQ(link.lower[2][2], 0);  // rigid
     EXPECT_EQ(link.upper[2][2], 0);
-    EXPECT_EQ(link.upper[1][0], 128);   // shear of component x: 0.2505 voxel: 128.3
+    EXPECT_EQ(link.upper[1][0], 128);  // shear of component x: 0.2505 voxel: 128.3
     EXPECT_EQ(link.lower[1][0], -128);
-    EXPECT_EQ(link.upper[0][1], 25);    // 0.05: 25.6
+    EXPECT_EQ(link.upper[0][1], 25);  // 0.05: 25.6
   }
 }
 
@@ -126,7 +126,8 @@ TEST(MaterialField, ReadsEveryTypeLikeTheTable) {
         }
       }
     }
-    EXPECT_EQ(field.read({{2, 2, 2}, {3, 3, 3}}, ids), std::optional<MaterialId>(field.at({2, 2, 2})));
+    EXPECT_EQ(field.read({{2, 2, 2}, {3, 3, 3}}, ids),
+              std::optional<MaterialId>(field.at({2, 2, 2})));
   }
 }
 

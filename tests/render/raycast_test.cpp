@@ -6,7 +6,7 @@
 #include <cstring>
 #include <thread>
 
-#include "tests/gpu/driver_leaks.h"
+#include "tests/gpu/driver_noise.h"
 #include "tests/render/render_fixture.h"
 
 namespace maille {

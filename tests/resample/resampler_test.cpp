@@ -72,14 +72,15 @@ TEST(Resampler, UntouchedVolumeComesBackBitForBit) {
   std::mt19937 random(5);
   for (const VoxelType type : {VoxelType::uint8, VoxelType::int8, VoxelType::uint16,
                                VoxelType::int16, VoxelType::float32}) {
-    std::vector<std::byte> bytes(static_cast<std::size_t>(voxel_count(size)) * bytes_per_voxel(type));
+    std::vector<std::byte> bytes(static_cast<std::size_t>(voxel_count(size)) *
+                                 bytes_per_voxel(type));
     for (auto& b : bytes) b = static_cast<std::byte>(random());  // floats: NaN and all
     auto owner = std::make_shared<std::vector<std::byte>>(std::move(bytes));
     const Volume volume(size, type, axis_aligned(glm::dvec3(1)), *owner, owner);
     for (const ResampleMethod method : kMethods) {
       const auto out = resampled(volume, Lattice(size), method);
-      EXPECT_EQ(std::memcmp(out.volume.bytes().data(), volume.bytes().data(), volume.bytes().size()),
-                0)
+      EXPECT_EQ(
+          std::memcmp(out.volume.bytes().data(), volume.bytes().data(), volume.bytes().size()), 0)
           << name_of(type);
       EXPECT_EQ(out.counts.moved_voxels, 0);
       EXPECT_EQ(out.counts.voxels, voxel_count(size));
@@ -106,8 +107,9 @@ TEST(Resampler, TranslationOfEverythingShiftsTheVolume) {
   const glm::ivec3 shift{5, -3, 2};
   const Lattice lattice = lattice_from(size, [&](glm::dvec3) { return glm::dvec3(shift); });
   for (const Volume& volume :
-       {numbered(size), volume_from<std::int16_t>(size, VoxelType::int16, {1, 2, 0.5},
-                                                  [](VoxelIndex v) { return v.x * 7 - v.y * 31 + v.z * 101; })}) {
+       {numbered(size),
+        volume_from<std::int16_t>(size, VoxelType::int16, {1, 2, 0.5},
+                                  [](VoxelIndex v) { return v.x * 7 - v.y * 31 + v.z * 101; })}) {
     for (const ResampleMethod method : kMethods) {
       const auto out = resampled(volume, lattice, method, -5.0);
       for (int z = 0; z < size.z; ++z) {
@@ -128,9 +130,8 @@ TEST(Resampler, AffineMapsOfARamp) {
   const Size3 size{48, 40, 36};
   const glm::dvec3 center{24, 20, 18};
   const Volume volume =
-      volume_from<float>(size, VoxelType::float32, glm::dvec3(1), [](VoxelIndex v) {
-        return 3.0 * v.x - 2.0 * v.y + 0.5 * v.z;
-      });
+      volume_from<float>(size, VoxelType::float32, glm::dvec3(1),
+                         [](VoxelIndex v) { return 3.0 * v.x - 2.0 * v.y + 0.5 * v.z; });
   const std::vector<glm::dmat3> maps = {
       glm::dmat3(1.5, 0, 0, 0, 0.75, 0, 0, 0, 1.0),
       glm::dmat3(1, 0, 0, 0.3, 1, 0, -0.2, 0.25, 1),
@@ -138,8 +139,8 @@ TEST(Resampler, AffineMapsOfARamp) {
       glm::dmat3(4, 0, 0, 0, 0.25, 0, 0, 0, 1),
   };
   for (const glm::dmat3& map : maps) {
-    const Lattice lattice = lattice_from(
-        size, [&](glm::dvec3 p) { return center + map * (p - center) - p; });
+    const Lattice lattice =
+        lattice_from(size, [&](glm::dvec3 p) { return center + map * (p - center) - p; });
     const auto out = resampled(volume, lattice, ResampleMethod::linear, 1e6);
     const glm::dmat3 inverse = glm::inverse(map);
     std::int64_t covered = 0;
@@ -183,8 +184,7 @@ double bump(glm::dvec3 p) {
 }
 const std::vector<Deformation> kSmooth = {
     {"mild", [](glm::dvec3 p) { return bump(p) * glm::dvec3(2.3, -1.7, 1.1); }},
-    {"stretched and squeezed",
-     [](glm::dvec3 p) { return glm::dvec3(0, 0, 9.0 * bump(p)); }},
+    {"stretched and squeezed", [](glm::dvec3 p) { return glm::dvec3(0, 0, 9.0 * bump(p)); }},
     {"sheared", [](glm::dvec3 p) { return glm::dvec3(6.0 * bump(p) * std::sin(p.y / 5), 0, 0); }},
 };
 
@@ -201,7 +201,8 @@ TEST(Resampler, NearestElementEqualsBruteForce) {
       for (int z = 0; z < size.z; ++z) {
         for (int y = 0; y < size.y; ++y) {
           for (int x = 0; x < size.x; ++x) {
-            at.push_back((glm::dvec3(x, y, z) + lattice.displacement_voxels({x, y, z})) * spacing_mm);
+            at.push_back((glm::dvec3(x, y, z) + lattice.displacement_voxels({x, y, z})) *
+                         spacing_mm);
           }
         }
       }
@@ -292,8 +293,9 @@ TEST(Resampler, FoldedLatticesAreFilledAndDeterministic) {
   });
   WorkerPool pool(2);
   EXPECT_GT(count_folded_cells(lattice, pool), 1000);
-  const Volume volume = volume_from<std::uint8_t>(size, VoxelType::uint8, glm::dvec3(1),
-                                                  [](VoxelIndex v) { return 100 + (v.x * 7 + v.y * 3 + v.z) % 100; });
+  const Volume volume =
+      volume_from<std::uint8_t>(size, VoxelType::uint8, glm::dvec3(1),
+                                [](VoxelIndex v) { return 100 + (v.x * 7 + v.y * 3 + v.z) % 100; });
   for (const ResampleMethod method : kMethods) {
     const auto one = resampled(volume, lattice, method, 0.0, 1);
     EXPECT_EQ(one.counts.unfilled_voxels, 0);
@@ -315,8 +317,7 @@ TEST(Resampler, CountsFoldedCells) {
   const Size3 size{20, 20, 20};
   WorkerPool pool(1);
   EXPECT_EQ(count_folded_cells(Lattice(size), pool), 0);
-  EXPECT_EQ(count_folded_cells(
-                lattice_from(size, [](glm::dvec3 p) { return 0.2 * p; }), pool), 0);
+  EXPECT_EQ(count_folded_cells(lattice_from(size, [](glm::dvec3 p) { return 0.2 * p; }), pool), 0);
   // One element pulled past its neighbour turns cells around it inside out.
   EXPECT_GT(count_folded_cells(lattice_from(size,
                                             [](glm::dvec3 p) {
@@ -330,7 +331,8 @@ TEST(Resampler, CountsFoldedCells) {
 TEST(Resampler, SlabsRowsAndSingleVoxels) {
   for (const Size3 size : {Size3(33, 20, 1), Size3(1, 40, 20), Size3(50, 1, 1), Size3(1, 1, 1)}) {
     const Volume volume = numbered(size);
-    const Lattice lattice = lattice_from(size, [](glm::dvec3) { return glm::dvec3(0.4, 0.3, 0.2); });
+    const Lattice lattice =
+        lattice_from(size, [](glm::dvec3) { return glm::dvec3(0.4, 0.3, 0.2); });
     for (const ResampleMethod method : kMethods) {
       const auto out = resampled(volume, lattice, method);
       for (int z = 0; z < size.z; ++z) {
@@ -362,7 +364,8 @@ TEST(DirtyBricks, HoldEveryChange) {
   const Lattice rest(size);
   const Lattice a = pulled({50, 40, 35}, {7, -9, 3});
   const Lattice b = pulled({30, 60, 35}, {-8, 4, 2});
-  const std::vector<std::pair<Lattice, Lattice>> changes = {{rest, a}, {a, rest}, {a, b}, {rest, rest}};
+  const std::vector<std::pair<Lattice, Lattice>> changes = {
+      {rest, a}, {a, rest}, {a, b}, {rest, rest}};
   for (const auto& [before, after] : changes) {
     const auto dirty = dirty_bricks(before, after);
     for (const ResampleMethod method : kMethods) {
