@@ -39,7 +39,7 @@ void print_measured(const RunStatistics& s) {
   if (s.frames) {
     std::printf("ray cast    %6.1f ms  a frame on %s, %zu frames\n", s.frames->raycast_ms,
                 s.device ? s.device->name.c_str() : "?", s.frames->milliseconds.size());
-    std::printf("first       %6.2f s   from the start of the process to the first picture\n",
+    std::printf("first       %6.2f s   from the start of the program to the first picture\n",
                 s.frames->first_picture_seconds.value_or(0.0));
   }
   if (s.pick && s.pick->count > 0) {

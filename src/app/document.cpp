@@ -1,23 +1,17 @@
 #include "app/document.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "app/field.h"
+#include "core/stopwatch.h"
 #include "core/trace.h"
 #include "volume/phantom.h"
 #include "volume/volume_file.h"
 
 namespace maille {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string text_of(Size3 size) {
   return std::to_string(size.x) + "x" + std::to_string(size.y) + "x" + std::to_string(size.z);
@@ -42,18 +36,18 @@ Error in_action(const Scene& scene, std::size_t index, const Error& error) {
 
 Result<LoadedVolume> load_volume(const Scene& scene, std::uint64_t seed) {
   const trace::Span span("load");
-  const auto start = Clock::now();
+  const Stopwatch start;
   if (const auto* const file = std::get_if<std::filesystem::path>(&scene.volume)) {
     auto volume = read_volume(*file);
     if (!volume) return volume.error();
-    return LoadedVolume{*std::move(volume), seconds_since(start), std::nullopt};
+    return LoadedVolume{*std::move(volume), start.seconds(), std::nullopt};
   }
   const auto& phantom = std::get<PhantomSource>(scene.volume);
   auto volume = make_phantom(phantom.name, phantom.size, phantom.seed.value_or(seed));
   if (!volume) {
     return Error{ErrorKind::bad_input, in_file(scene, "volume: " + volume.error().message)};
   }
-  return LoadedVolume{*std::move(volume), seconds_since(start), std::nullopt};
+  return LoadedVolume{*std::move(volume), start.seconds(), std::nullopt};
 }
 
 Document::Document(Scene scene, LoadedVolume loaded, const DocumentOptions& options)
@@ -117,9 +111,9 @@ Result<void> Document::check_drags() const {
 const VolumeStatistics& Document::range() {
   if (!range_) {
     const trace::Span span("value range");
-    const auto start = Clock::now();
+    const Stopwatch start;
     range_ = statistics_of(volume_, 1);
-    statistics_.volume.analyse_seconds += seconds_since(start);
+    statistics_.volume.analyse_seconds += start.seconds();
   }
   return *range_;
 }
@@ -194,13 +188,13 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
 Result<void> Document::relax(const RelaxAction& action) {
   if (!plan_.relaxation) return {};
   const trace::Span span("relaxation");
-  const auto start = Clock::now();
+  const Stopwatch start;
   RelaxationOptions options;
   options.tolerance_voxels = action.until_voxels.value_or(scene_.relaxation.tolerance_voxels);
   Relaxation relaxation = deformer_->relax(pool_, options);
   const auto time_left = [&](std::int64_t iterations) {
     if (options_.deterministic) return iterations < kDeterministicIterations;
-    return seconds_since(start) < action.at_most_seconds;
+    return start.seconds() < action.at_most_seconds;
   };
   while (!relaxation.progress().converged && time_left(relaxation.progress().iterations)) {
     relaxation.iterate();
@@ -213,7 +207,7 @@ Result<void> Document::relax(const RelaxAction& action) {
   if (s.iterations == 0) s.energy_first = progress.energy_first;
   s.iterations += progress.iterations;
   s.element_updates += progress.element_updates;
-  s.seconds += seconds_since(start);
+  s.seconds += start.seconds();
   s.converged = s.converged && progress.converged;
   s.residual_voxels = progress.residual_voxels;
   s.energy_last = progress.energy_last;
@@ -249,14 +243,14 @@ Result<void> Document::redo(int count) {
 Volume Document::deformed_volume() {
   if (!plan_.resampling) return volume_;
   const trace::Span span("resample volume");
-  const auto start = Clock::now();
+  const Stopwatch start;
   ResampleCounts counts;
   auto volume =
       resample_volume(volume_, lattice(), scene_.resampling, range().lowest, pool_, counts);
   auto& s = *statistics_.resample;
   s.voxels += counts.voxels;
   s.moved_voxels += counts.moved_voxels;
-  s.seconds += seconds_since(start) * pool_.thread_count();
+  s.seconds += start.seconds() * pool_.thread_count();
   s.unfilled_voxels = std::max(s.unfilled_voxels, counts.unfilled_voxels);
   return volume;
 }

@@ -1,11 +1,6 @@
 #include "app/statistics.h"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
-#include <fstream>
-#include <iterator>
-#include <sstream>
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -13,15 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "core/parallel.h"
+#include "core/stopwatch.h"
 
 namespace maille {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+// Before main(). The kernel's own start of the process is that of the shell that called exec.
+const Stopwatch program_start;
 
 double rate(std::int64_t count, double seconds) {
   return seconds > 0.0 ? static_cast<double>(count) / seconds : 0.0;
@@ -127,30 +122,17 @@ double measure_triad_gb_per_s(int threads) {
   WorkerPool pool(threads);
   double best = 0.0;
   for (int round = 0; round < kRounds; ++round) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch start;
     pool.for_each(kChunks, [&](std::int64_t chunk, int) {
       const auto begin = static_cast<std::size_t>(chunk) * kChunk;
       for (std::size_t i = begin; i < begin + kChunk; ++i) a[i] = b[i] + 0.5 * c[i];
     });
     const double bytes = static_cast<double>(3 * sizeof(double) * kChunk * kChunks);
-    best = std::max(best, bytes / seconds_since(start) / 1e9);
+    best = std::max(best, bytes / start.seconds() / 1e9);
   }
   return best;
 }
 
-double seconds_since_process_start() {
-  std::ifstream file("/proc/self/stat");
-  std::string text((std::istreambuf_iterator<char>(file)), {});
-  const auto name_end = text.rfind(')');  // the program's name may hold anything, blanks too
-  if (name_end == std::string::npos) return 0.0;
-  std::istringstream fields(text.substr(name_end + 1));
-  const std::vector<std::string> list{std::istream_iterator<std::string>(fields), {}};
-  constexpr std::size_t kStartTime = 19;  // field 22 of the file, the third being the first here
-  if (list.size() <= kStartTime) return 0.0;
-  const double started = std::stod(list[kStartTime]) / static_cast<double>(sysconf(_SC_CLK_TCK));
-  timespec now{};
-  clock_gettime(CLOCK_BOOTTIME, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) - started;
-}
+double seconds_since_program_start() { return program_start.seconds(); }
 
 }  // namespace maille

@@ -83,7 +83,7 @@ struct RunStatistics {
     double raycast_ms = 0.0;           // on the device, mean of each pass
     double upload_ms = 0.0;
     double pick_ms = 0.0;
-    std::optional<double> first_picture_seconds;  // from the start of the process
+    std::optional<double> first_picture_seconds;  // from the start of the program
   };
   std::optional<Frames> frames;
 
@@ -114,7 +114,7 @@ std::string to_json(const RunStatistics& statistics);
 // thread a core; takes about a tenth of a second.
 double measure_triad_gb_per_s(int threads);
 
-// Seconds since the kernel started this process (to 10 ms), which is before main() ran.
-double seconds_since_process_start();
+// Seconds since the program was loaded, before main() ran.
+double seconds_since_program_start();
 
 }  // namespace maille

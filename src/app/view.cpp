@@ -1,21 +1,15 @@
 #include "app/view.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
+#include "core/stopwatch.h"
 #include "core/trace.h"
 
 namespace maille {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::vector<std::int64_t> merged(const std::vector<std::int64_t>& a,
                                  const std::vector<std::int64_t>& b) {
@@ -87,21 +81,21 @@ Result<void> View::show_wanted() { return stream(renderer_->bricks_wanted()); }
 
 Result<void> View::stream(const std::vector<std::int64_t>& bricks) {
   const trace::Span span("show");
-  const auto start = Clock::now();
+  const Stopwatch start;
   std::vector<Share> shares(static_cast<std::size_t>(pool_.thread_count()));
   const FillBrick fill = [&](std::int64_t brick, VoxelBox box, std::span<std::byte> voxels,
                              bool flip_sign_bit, int worker) {
     if (!resampler_) return copy_brick(volume_, box, voxels);
     const trace::Span brick_span("resample brick");
-    const auto brick_start = Clock::now();
+    const Stopwatch brick_start;
     const auto counts = resampler_->resample(brick, voxels, flip_sign_bit);
     auto& share = shares[static_cast<std::size_t>(worker)];
     if (counts.moved_voxels == 0) {
       share.copied += counts.voxels;
-      share.copy_seconds += seconds_since(brick_start);
+      share.copy_seconds += brick_start.seconds();
     } else {
       share.counts += counts;
-      share.resample_seconds += seconds_since(brick_start);
+      share.resample_seconds += brick_start.seconds();
     }
   };
   if (auto streamed = renderer_->stream(bricks, pool_, fill); !streamed) return streamed;
@@ -118,29 +112,29 @@ Result<void> View::stream(const std::vector<std::int64_t>& bricks) {
   resample_.voxels += counts.voxels;
   resample_.moved_voxels += counts.moved_voxels;
   resample_.unfilled_voxels = std::max(resample_.unfilled_voxels, counts.unfilled_voxels);
-  upload_.seconds += std::max(0.0, seconds_since(start) - busy / pool_.thread_count());
+  upload_.seconds += std::max(0.0, start.seconds() - busy / pool_.thread_count());
   return {};
 }
 
 Result<Picture> View::picture() {
   const trace::Span span("picture");
-  const auto start = Clock::now();
+  const Stopwatch start;
   if (auto rendered = renderer_->render(camera_, size_); !rendered) return rendered.error();
   auto picture = renderer_->read_picture();
   if (!picture) return picture;
-  frames_.milliseconds.push_back(1e3 * seconds_since(start));
+  frames_.milliseconds.push_back(1e3 * start.seconds());
   if (!frames_.first_picture_seconds) {
-    frames_.first_picture_seconds = seconds_since_process_start();
+    frames_.first_picture_seconds = seconds_since_program_start();
   }
   return picture;
 }
 
 Result<std::optional<PickHit>> View::pick(glm::ivec2 pixel) {
   const trace::Span span("pick");
-  const auto start = Clock::now();
+  const Stopwatch start;
   auto hit = renderer_->pick(camera_, size_, pixel);
   ++pick_.count;
-  pick_.seconds += seconds_since(start);
+  pick_.seconds += start.seconds();
   return hit;
 }
 

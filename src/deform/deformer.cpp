@@ -1,8 +1,9 @@
 #include "deform/deformer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+
+#include "core/stopwatch.h"
 
 namespace maille {
 namespace {
@@ -93,7 +94,7 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
     }
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch begin;
   const ChainMailProblem problem{stroke_->before.lattice, *stroke_->halos, stroke_->handle.elements,
                                  stroke_->pinned, anchors_};
   ChainMailAnswer answer = solve_chainmail(problem, by);
@@ -102,7 +103,7 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
   report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
   report.clamped = answer.clamped;
   report.elements_moved = answer.elements_moved;
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  report.seconds = begin.seconds();
   return report;
 }
 

@@ -7,14 +7,13 @@
 #include <limits>
 
 #include "core/trace.h"
+#include "deform/spring_forces.h"
 
 namespace maille {
 namespace {
 
-constexpr int kHaloEdge = kBrickEdge + 2;
-constexpr int kHaloRow = kHaloEdge;
-constexpr int kHaloPlane = kHaloEdge * kHaloEdge;
-constexpr std::size_t kHaloElements = std::size_t{kHaloPlane} * kHaloEdge;
+constexpr int kHaloPlane = kSpringHaloEdge * kSpringHaloEdge;
+constexpr std::size_t kHaloElements = std::size_t{kHaloPlane} * kSpringHaloEdge;
 constexpr float kNoSpring = std::numeric_limits<float>::infinity();  // as a compliance
 
 // The active list and the energy are looked after once in so many sweeps.
@@ -25,33 +24,6 @@ constexpr double kRestingShare = 1e-3;
 constexpr double kSmallestMove_voxels = 1e-6;
 // Energies are sums of floats: a rise beyond this share is a rise.
 constexpr double kEnergyNoise = 1e-6;
-
-constexpr std::array<glm::ivec3, 18> kSpringOffsets = {{
-    {1, 0, 0},
-    {-1, 0, 0},
-    {0, 1, 0},
-    {0, -1, 0},
-    {0, 0, 1},
-    {0, 0, -1},
-    {1, 1, 0},
-    {-1, -1, 0},
-    {1, -1, 0},
-    {-1, 1, 0},
-    {1, 0, 1},
-    {-1, 0, -1},
-    {1, 0, -1},
-    {-1, 0, 1},
-    {0, 1, 1},
-    {0, -1, -1},
-    {0, 1, -1},
-    {0, -1, 1},
-}};
-
-struct Spring {
-  int halo_step = 0;     // from element i to element j in a halo array
-  glm::vec3 rest_mm{0};  // X_i - X_j
-  float length_mm = 0.0f;
-};
 
 // The materials of a brick as the sweep wants them.
 struct BrickSprings {
@@ -90,7 +62,7 @@ struct Relaxation::State {
   WorkerPool& pool;
   RelaxationOptions options;
   glm::dvec3 spacing_mm;
-  std::array<Spring, 18> springs;
+  Springs springs;
   RelaxationProgress progress;
 
   std::vector<std::unique_ptr<BrickSprings>> bricks_springs;
@@ -111,17 +83,12 @@ struct Relaxation::State {
         pool(workers),
         options(wanted),
         spacing_mm(field.spacing_mm()),
+        springs(springs_of(field.spacing_mm())),
         bricks_springs(static_cast<std::size_t>(lattice.grid().count())),
         motions(static_cast<std::size_t>(lattice.grid().count())),
         halos(static_cast<std::size_t>(workers.thread_count())),
         published(lattice),
         resting_move_voxels(wanted.tolerance_voxels * kRestingShare) {
-    for (std::size_t s = 0; s < springs.size(); ++s) {
-      const glm::ivec3 o = kSpringOffsets[s];
-      springs[s].halo_step = (o.z * kHaloEdge + o.y) * kHaloEdge + o.x;
-      springs[s].rest_mm = -glm::vec3(glm::dvec3(o) * spacing_mm);
-      springs[s].length_mm = glm::length(springs[s].rest_mm);
-    }
     const BrickGrid& grid = start.grid();
     for (std::int64_t b = 0; b < grid.count(); ++b) {
       if (start.brick(b)) take_in_with_neighbours(b);
@@ -213,7 +180,7 @@ struct Relaxation::State {
       for (int y = box.lo.y; y < box.hi.y; ++y) {
         for (int x = box.lo.x; x < box.hi.x; ++x) {
           if (is_held({x, y, z}, mask, fixed_materials)) continue;
-          const int at = (((z & 31) + 1) * kHaloEdge + (y & 31) + 1) * kHaloEdge + (x & 31) + 1;
+          const int at = halo_index(x & 31, y & 31, z & 31);
           double sum = 0.0;
           for (const Spring& spring : springs) {
             sum += 2.0 / (double{halo.compliance[static_cast<std::size_t>(at)]} +
@@ -248,7 +215,7 @@ struct Relaxation::State {
           const auto [z0, z1] = range(dz);
           for (int z = z0; z < z1; ++z) {
             for (int y = y0; y < y1; ++y) {
-              float* row = &out[static_cast<std::size_t>(z * kHaloPlane + y * kHaloRow + x0)];
+              float* row = &out[static_cast<std::size_t>(z * kHaloPlane + y * kSpringHaloEdge + x0)];
               if (!from) {
                 std::fill(row, row + (x1 - x0), beyond);
                 continue;
@@ -285,50 +252,27 @@ struct Relaxation::State {
     BrickMotion& m = motion(b);
     gather_all(b, halo);
     const auto blend = static_cast<float>(options.rest_vector_blend);
-    const float plain = 1.0f - blend;
     const glm::vec3 voxel_from_mm = glm::vec3(1.0 / spacing_mm);
     const Size3 extent = grid().box(grid().brick(b)).size();
     m.largest_move = 0.0f;
     m.face_move.fill(0.0f);
     for (int z = 0; z < extent.z; ++z) {
       for (int y = 0; y < extent.y; ++y) {
-        const int center = ((z + 1) * kHaloEdge + y + 1) * kHaloEdge + 1;
-        const float* ux = &halo.u_mm[0][static_cast<std::size_t>(center)];
-        const float* uy = &halo.u_mm[1][static_cast<std::size_t>(center)];
-        const float* uz = &halo.u_mm[2][static_cast<std::size_t>(center)];
-        const float* compliance = &halo.compliance[static_cast<std::size_t>(center)];
-        float fx[kBrickEdge] = {}, fy[kBrickEdge] = {}, fz[kBrickEdge] = {};
-        for (const Spring& spring : springs) {
-          const int j = spring.halo_step;
-          const glm::vec3 r = spring.rest_mm;
-          const float d = spring.length_mm;
-          for (int x = 0; x < kBrickEdge; ++x) {
-            const float dux = ux[x] - ux[x + j];
-            const float duy = uy[x] - uy[x + j];
-            const float duz = uz[x] - uz[x + j];
-            const float px = r.x + dux;
-            const float py = r.y + duy;
-            const float pz = r.z + duz;
-            const float k = 2.0f / (compliance[x] + compliance[x + j]);
-            // A pair at zero distance has no direction: p is 0 and so is its force.
-            const float length = std::sqrt(px * px + py * py + pz * pz + 1e-30f);
-            const float along = plain * k * (1.0f - d / length);
-            const float straight = blend * k;
-            fx[x] -= along * px + straight * dux;
-            fy[x] -= along * py + straight * duy;
-            fz[x] -= along * pz + straight * duz;
-          }
-        }
+        const auto center = static_cast<std::size_t>(halo_index(0, y, z));
+        const HaloRow in{&halo.u_mm[0][center], &halo.u_mm[1][center], &halo.u_mm[2][center],
+                         &halo.compliance[center]};
+        RowForces force;
+        add_up_forces(in, springs, blend, force);
         const auto row = static_cast<std::size_t>((z * kBrickEdge + y) * kBrickEdge);
         float row_move[kBrickEdge];
         for (std::size_t x = 0; x < kBrickEdge; ++x) {
           const float gain = m.gain[row + x];
-          const float sx = gain * fx[x];
-          const float sy = gain * fy[x];
-          const float sz = gain * fz[x];
-          m.next_mm[0][row + x] = ux[x] + sx;
-          m.next_mm[1][row + x] = uy[x] + sy;
-          m.next_mm[2][row + x] = uz[x] + sz;
+          const float sx = gain * force.x[x];
+          const float sy = gain * force.y[x];
+          const float sz = gain * force.z[x];
+          m.next_mm[0][row + x] = in.u_x_mm[x] + sx;
+          m.next_mm[1][row + x] = in.u_y_mm[x] + sy;
+          m.next_mm[2][row + x] = in.u_z_mm[x] + sz;
           row_move[x] = std::max({std::abs(sx) * voxel_from_mm.x, std::abs(sy) * voxel_from_mm.y,
                                   std::abs(sz) * voxel_from_mm.z});
         }
@@ -360,11 +304,10 @@ struct Relaxation::State {
     for (int z = 0; z < extent.z; ++z) {
       for (int y = 0; y < extent.y; ++y) {
         for (int x = 0; x < extent.x; ++x) {
-          const int at = ((z + 1) * kHaloEdge + y + 1) * kHaloEdge + x + 1;
+          const int at = halo_index(x, y, z);
           const bool inner = x > 0 && y > 0 && z > 0 && x < kBrickEdge - 1 && y < kBrickEdge - 1 &&
                              z < kBrickEdge - 1;
-          for (std::size_t s = 0; s < springs.size(); ++s) {
-            const Spring& spring = springs[s];
+          for (const Spring& spring : springs) {
             const auto i = static_cast<std::size_t>(at);
             const auto j = static_cast<std::size_t>(at + spring.halo_step);
             const double compliance = double{halo.compliance[i]} + halo.compliance[j];
@@ -376,7 +319,7 @@ struct Relaxation::State {
             const double stretch = glm::length(glm::dvec3(spring.rest_mm) + du) - spring.length_mm;
             double share = 0.5;
             if (!inner) {
-              const VoxelIndex beside = VoxelIndex(x, y, z) + kSpringOffsets[s];
+              const VoxelIndex beside = VoxelIndex(x, y, z) + spring.offset;
               const BrickIndex there = brick + BrickGrid::brick_of(beside);
               if (!motion_or_none(grid().linear(there))) share = 1.0;
             }
