@@ -443,23 +443,28 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
   std::vector<std::uint8_t> moved(kBrickVoxels);
   for (std::int64_t linear = 0; linear < grid.count(); ++linear) {
     std::shared_ptr<LatticeBrick> brick;
-    std::fill(moved.begin(), moved.end(), std::uint8_t{0});
     for (std::size_t c = 0; c < 3; ++c) {
       const Labels* labels = solver_of[c] ? solver_of[c]->labels(linear) : nullptr;
       if (!labels) continue;
       const std::int32_t overshoot = solver_of[c]->overshoot();
-      const auto& delta = labels->delta;
-      if (*std::max_element(delta.begin(), delta.end()) <= overshoot) continue;
-      if (!brick) {
-        const LatticeBrick* start = problem.start.brick(linear);
-        brick = start ? std::make_shared<LatticeBrick>(*start) : std::make_shared<LatticeBrick>();
-      }
       const std::int32_t sign = solver_of[c]->sign();
-      std::int32_t* u = brick->u[c];
-      for (std::size_t e = 0; e < kBrickVoxels; ++e) {
-        const std::int32_t by_label = std::max(0, delta[e] - overshoot);
-        u[e] += sign * by_label;
-        moved[e] |= by_label > 0;
+      const auto& delta = labels->delta;
+      for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
+        if (!labels->reached(row)) continue;
+        const auto begin = static_cast<std::size_t>(row) * kBrickEdge;
+        const auto end = begin + kBrickEdge;
+        if (*std::max_element(&delta[begin], &delta[begin] + kBrickEdge) <= overshoot) continue;
+        if (!brick) {
+          const LatticeBrick* start = problem.start.brick(linear);
+          brick =
+              start ? std::make_shared<LatticeBrick>(*start) : std::make_shared<LatticeBrick>();
+          std::fill(moved.begin(), moved.end(), std::uint8_t{0});
+        }
+        for (std::size_t e = begin; e < end; ++e) {
+          const std::int32_t by_label = std::max(0, delta[e] - overshoot);
+          brick->u[c][e] += sign * by_label;
+          moved[e] |= by_label > 0;
+        }
       }
     }
     if (!brick) continue;

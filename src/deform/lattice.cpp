@@ -18,11 +18,16 @@ void LatticeBrick::update_bounds(const VoxelBox& box) {
       std::int32_t any_u[kBrickEdge] = {};
       for (int c = 0; c < 3; ++c) {
         const std::int32_t* row = &u[c][(z * kBrickEdge + y) * kBrickEdge];
+        std::int32_t any = 0;
         for (int x = 0; x < extent.x; ++x) {
-          lowest[c] = std::min(lowest[c], row[x]);
-          highest[c] = std::max(highest[c], row[x]);
+          any |= row[x];
           any_u[x] |= row[x];
         }
+        // Most rows of most bricks rest.
+        const auto [least, most] = any ? std::minmax_element(row, row + extent.x)
+                                       : std::pair(row, row);
+        lowest[c] = std::min(lowest[c], *least);
+        highest[c] = std::max(highest[c], *most);
       }
       const auto moves = [](std::int32_t bits) { return bits != 0; };
       const auto begin = std::find_if(any_u, any_u + extent.x, moves);
