@@ -48,12 +48,17 @@ AtomicFile::~AtomicFile() {
 Error AtomicFile::failure(const char* doing) const { return system_error(target_, doing); }
 
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
-  // A link is written through to what it names, as every editor does.
+  // A link is written through to what it names, as every editor does; one to nothing yet makes it.
   std::error_code ignored;
-  const auto target =
-      std::filesystem::is_symlink(path, ignored) ? std::filesystem::canonical(path, ignored) : path;
-  if (target.empty() || std::filesystem::is_directory(target, ignored)) {
-    return Error{ErrorKind::file_system, path.string() + ": expected a file name, got a directory"};
+  const auto target = std::filesystem::is_symlink(path, ignored)
+                          ? std::filesystem::weakly_canonical(path, ignored)
+                          : path;
+  const auto kind = std::filesystem::status(target, ignored).type();
+  if (target.empty() || (kind != std::filesystem::file_type::regular &&
+                         kind != std::filesystem::file_type::not_found)) {
+    // Renaming over a pipe or a device would take it away from everybody else.
+    return Error{ErrorKind::file_system,
+                 path.string() + ": expected the name of a file, got a directory or a device"};
   }
   std::string name =
       (directory_of(target) / ("." + target.filename().string() + ".XXXXXX")).string();

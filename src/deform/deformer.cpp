@@ -8,7 +8,20 @@
 namespace maille {
 namespace {
 
-constexpr double kLongestDrag_voxels = 1e6;
+// Displacements are 32-bit; differences of two must be too.
+constexpr double kFurthest_voxels = 1e6;
+
+double furthest_voxels(const Lattice& lattice) {
+  std::int32_t most = 0;
+  for (std::int64_t b = 0; b < lattice.grid().count(); ++b) {
+    const LatticeBrick* brick = lattice.brick(b);
+    if (!brick) continue;
+    for (int c = 0; c < 3; ++c) {
+      most = std::max({most, std::abs(brick->lowest[c]), std::abs(brick->highest[c])});
+    }
+  }
+  return static_cast<double>(most) / kUnitsPerVoxel;
+}
 
 // The elements of a set that may move: grabbing skin over bone must not hold on to the bone.
 ElementSet movable(const ElementSet& set, const MaterialField& materials, AnchorRules anchors,
@@ -32,6 +45,10 @@ ElementSet movable(const ElementSet& set, const MaterialField& materials, Anchor
 }
 
 }  // namespace
+
+bool Deformer::Handle::has(const std::string& name) const {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors)
     : materials_(volume, std::move(materials)),
@@ -60,27 +77,36 @@ Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, st
   ElementSet grabbed = movable(ball, materials_, anchors_, grid);
   // All of it fixed: grab it as it is, and let the drag say that it is held.
   if (grabbed.empty()) grabbed = ball;
+  std::vector<std::string> names;
   std::vector<Handle> others;
   for (Handle& handle : handles_) {
     if (handle.elements.intersects(ball)) {
       grabbed.insert(handle.elements);
-      if (name.empty()) name = handle.name;
+      names.insert(names.end(), handle.names.begin(), handle.names.end());
     } else {
       others.push_back(std::move(handle));
     }
   }
+  const auto taken = [&](const std::string& wanted) {
+    return std::any_of(others.begin(), others.end(),
+                       [&](const Handle& handle) { return handle.has(wanted); });
+  };
+  if (!name.empty() && taken(name)) {
+    handles_ = std::move(stroke.before.handles);
+    return Error{ErrorKind::usage, "drag: another handle is named \"" + name + "\""};
+  }
+  for (int n = 1; name.empty() && names.empty(); ++n) {
+    const std::string candidate = "handle " + std::to_string(n);
+    if (!taken(candidate)) name = candidate;
+  }
+  if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) {
+    names.push_back(std::move(name));
+  }
   handles_ = std::move(others);
   stroke.pinned = pinned_elements();
-  if (name.empty()) {
-    for (int n = 1; name.empty(); ++n) {
-      const std::string candidate = "handle " + std::to_string(n);
-      const bool taken = std::any_of(handles_.begin(), handles_.end(),
-                                     [&](const Handle& h) { return h.name == candidate; });
-      if (!taken) name = candidate;
-    }
-  }
+  stroke.furthest_voxels = furthest_voxels(lattice_);
   stroke.halos = std::make_unique<MaterialHalos>(materials_, grid);
-  stroke.handle = {std::move(name), std::move(grabbed)};
+  stroke.handle = {std::move(names), std::move(grabbed)};
   stroke_ = std::move(stroke);
   return {};
 }
@@ -89,8 +115,9 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
   if (!stroke_) return Error{ErrorKind::usage, "drag: no stroke is on"};
   glm::ivec3 by;
   for (int c = 0; c < 3; ++c) {
-    if (!(std::abs(by_voxels[c]) <= kLongestDrag_voxels)) {
-      return Error{ErrorKind::usage, "drag: expected a drag within -1000000 to 1000000 voxels"};
+    if (!(stroke_->furthest_voxels + std::abs(by_voxels[c]) <= kFurthest_voxels)) {
+      return Error{ErrorKind::usage,
+                   "drag: expected nothing to be further than 1000000 voxels from where it rests"};
     }
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
@@ -124,10 +151,10 @@ void Deformer::cancel_stroke() {
 
 Result<void> Deformer::release(const std::string& name) {
   const auto found = std::find_if(handles_.begin(), handles_.end(),
-                                  [&](const Handle& h) { return h.name == name; });
+                                  [&](const Handle& h) { return h.has(name); });
   if (found == handles_.end()) {
     std::string known;
-    for (const Handle& h : handles_) known += (known.empty() ? "\"" : ", \"") + h.name + "\"";
+    for (const std::string& n : handle_names()) known += (known.empty() ? "\"" : ", \"") + n + "\"";
     return Error{ErrorKind::usage, "release: no handle is named \"" + name + "\"; " +
                                        (known.empty() ? "there are none" : "there are " + known)};
   }
@@ -144,7 +171,9 @@ void Deformer::release_all() {
 
 std::vector<std::string> Deformer::handle_names() const {
   std::vector<std::string> names;
-  for (const Handle& handle : handles_) names.push_back(handle.name);
+  for (const Handle& handle : handles_) {
+    names.insert(names.end(), handle.names.begin(), handle.names.end());
+  }
   return names;
 }
 

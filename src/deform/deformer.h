@@ -36,12 +36,12 @@ class Deformer {
   void set_materials(MaterialTable table);
 
   // Grabs the elements within radius_voxels (rest space) of an element; pinned handles that the
-  // ball touches are grabbed along. Errors: usage (outside the volume, radius not a number >= 0, a
-  // stroke already on).
+  // ball touches are grabbed along, and the handle answers to their names too. Errors: usage (outside
+  // the volume, radius not a number >= 0, a name that another handle has, a stroke already on).
   Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
   bool in_stroke() const { return stroke_.has_value(); }
-  // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, beyond
-  // +-10^6 voxels).
+  // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, or further
+  // than 10^6 voxels from rest together with the drags before).
   Result<DragReport> drag_to(glm::dvec3 by_voxels);
   void end_stroke();     // the handle stays pinned; one undo step
   void cancel_stroke();  // back to the bit
@@ -62,8 +62,9 @@ class Deformer {
 
  private:
   struct Handle {
-    std::string name;
+    std::vector<std::string> names;  // more than one where grabs have merged
     ElementSet elements;
+    bool has(const std::string& name) const;
   };
   struct Snapshot {
     Lattice lattice;
@@ -73,6 +74,7 @@ class Deformer {
     Snapshot before;
     Handle handle;
     ElementSet pinned;  // by the other handles
+    double furthest_voxels = 0.0;  // from rest, of any element when the stroke began
     std::unique_ptr<MaterialHalos> halos;
   };
 

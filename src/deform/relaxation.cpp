@@ -374,10 +374,7 @@ struct Relaxation::State {
   }
 
   void iterate() {
-    if (progress.converged || active.empty()) {
-      progress.converged = true;
-      return;
-    }
+    if (progress.finished()) return;
     const trace::Span span("relaxation sweep");
     pool.for_each(static_cast<std::int64_t>(active.size()), [&](std::int64_t i, int worker) {
       sweep(active[static_cast<std::size_t>(i)], halos[static_cast<std::size_t>(worker)]);
@@ -397,16 +394,20 @@ struct Relaxation::State {
   }
 
   // Distance left, taking the moves to go on shrinking at the rate of the last sweeps: the tail of
-  // a geometric series. The size of one move alone can be a hundred times smaller than the error.
+  // a geometric series, doubled, since the slowest modes shrink more slowly than that. The size of
+  // one move alone can be a hundred times smaller than the error.
   void estimate_residual() {
-    const double move = progress.largest_move_voxels;
-    recent_moves.push_back(move);
-    if (recent_moves.size() <= kSweepsPerCheck) return;
-    const double before = recent_moves.front();
-    recent_moves.pop_front();
-    const double rate = before > 0.0 ? std::pow(move / before, 1.0 / kSweepsPerCheck) : 0.0;
+    const bool at_floor = progress.largest_move_voxels <= kSmallestMove_voxels;
+    const double move = std::max(progress.largest_move_voxels, kSmallestMove_voxels);
+    // Moves at the floor are rounding and shrink no more: the rate is that of those before.
+    if (!at_floor) recent_moves.push_back(move);
+    if (recent_moves.size() > kSweepsPerCheck + 1) recent_moves.pop_front();
+    if (!at_floor && recent_moves.size() <= kSweepsPerCheck) return;
+    const double steps = static_cast<double>(recent_moves.size()) - 1.0;
+    const double rate =
+        steps > 0.0 ? std::pow(recent_moves.back() / recent_moves.front(), 1.0 / steps) : 0.5;
     progress.residual_voxels =
-        rate < 1.0 ? move * rate / (1.0 - rate) : std::numeric_limits<double>::infinity();
+        rate < 1.0 ? 2.0 * move * rate / (1.0 - rate) : std::numeric_limits<double>::infinity();
   }
 
   void settle_energy() {
@@ -417,11 +418,10 @@ struct Relaxation::State {
 
   void check() {
     settle_energy();
-    if (progress.residual_voxels <= options.tolerance_voxels ||
-        progress.largest_move_voxels <= kSmallestMove_voxels) {
-      progress.converged = true;
-      return;
-    }
+    progress.converged = progress.residual_voxels <= options.tolerance_voxels;
+    progress.at_float_limit =
+        !progress.converged && progress.largest_move_voxels <= kSmallestMove_voxels;
+    if (progress.finished()) return;
     const std::size_t bricks_before = moving.size();
     update_active();
     if (active.empty()) {

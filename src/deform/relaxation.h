@@ -10,8 +10,9 @@
 // Laplacian at any stretch, so a step of g_i * step / sum_j k_ij with step < 1 lowers the energy
 // from any state at any ratio of stiffness.
 //
-// Work follows an active list of bricks: a brick is swept while an element in it or in a brick
-// beside it still moves by more than the threshold that the tolerance implies.
+// Work follows an active list of bricks, looked through once in 16 sweeps: a brick in which nothing
+// moves by more than a thousandth of the tolerance rests, until something moves more at the face of
+// a brick beside it.
 #pragma once
 
 #include <memory>
@@ -39,7 +40,9 @@ struct RelaxationProgress {
   double largest_move_voxels = 0.0;  // in the last iteration
   double residual_voxels = 0.0;      // estimated largest distance to equilibrium; infinite until
                                      // there are moves enough to tell (16 iterations)
-  bool converged = false;
+  bool converged = false;      // residual_voxels is within the tolerance
+  bool at_float_limit = false;  // not, but moves have shrunk to the rounding of the state
+  bool finished() const { return converged || at_float_limit; }
 };
 
 class Relaxation {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace maille {
 namespace {
@@ -99,16 +100,19 @@ MaterialTable MaterialTable::ct() {
 }
 
 MaterialTable MaterialTable::relative(double lowest, double highest) {
-  const double range = highest > lowest ? highest - lowest : 1.0;
-  const double soft = lowest + range / 3.0;
-  const double end = lowest + range * 1.001;
-  return std::move(
-             create({
-                 {"soft", lowest, soft, glm::dvec3(0.5), glm::dvec3(3.0), glm::dvec3(0.24), 0.1,
-                  false},
-                 {"firm", soft, end, glm::dvec3(0.7), glm::dvec3(1.8), glm::dvec3(0.3), 1.0, false},
-             }))
-      .value();
+  const Material soft{"soft", lowest, highest, glm::dvec3(0.5), glm::dvec3(3.0),
+                      glm::dvec3(0.24), 0.1, false};
+  const Material firm{"firm", lowest, highest, glm::dvec3(0.7), glm::dvec3(1.8),
+                      glm::dvec3(0.3), 1.0, false};
+  std::vector<Material> materials{soft, firm};
+  materials[0].value_high = materials[1].value_low = lowest + (highest - lowest) / 3.0;
+  materials[1].value_high = std::nextafter(highest, std::numeric_limits<double>::infinity());
+  if (auto table = create(std::move(materials))) return *std::move(table);
+  // One value, or a range too narrow for a double to cut: all of it is firm.
+  Material all = firm;
+  all.value_low = -std::numeric_limits<double>::infinity();
+  all.value_high = std::numeric_limits<double>::infinity();
+  return std::move(create({all})).value();
 }
 
 MaterialId MaterialTable::id_of(double value) const {

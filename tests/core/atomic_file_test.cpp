@@ -51,6 +51,27 @@ TEST(AtomicFile, ReplacesWholeFiles) {
   EXPECT_EQ(bytes_of(folder / "file"), "new");
 }
 
+TEST(AtomicFile, LeavesWhatIsNoFileAlone) {
+  const Scratch folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  const auto refused = AtomicFile::create(folder / "pipe");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().kind, ErrorKind::file_system);
+  EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
+}
+
+TEST(AtomicFile, WritesThroughLinks) {
+  const Scratch folder;
+  folder.write("old", "old");
+  std::filesystem::create_symlink("old", folder / "link");
+  std::filesystem::create_symlink("new", folder / "link to nothing");
+  ASSERT_TRUE(write_text_file(folder / "link", "one").ok());
+  ASSERT_TRUE(write_text_file(folder / "link to nothing", "two").ok());
+  EXPECT_EQ(bytes_of(folder / "old"), "one");
+  EXPECT_EQ(bytes_of(folder / "new"), "two");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+}
+
 TEST(AtomicFile, IsReadableAsAnyNewFile) {
   const Scratch folder;
   const mode_t mask = umask(022);

@@ -362,6 +362,49 @@ TEST(Deformer, RefusesWhatCannotBeDone) {
   EXPECT_FALSE(deformer.release("nobody").ok());
 }
 
+TEST(Deformer, StrokesTogetherStayWithinReach) {
+  Deformer deformer(constant_volume({10, 10, 10}), table({material(0, 1, 1, 1, 0)}), {});
+  ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
+  ASSERT_TRUE(deformer.drag_to({9e5, 0, 0}).ok());
+  deformer.end_stroke();
+  ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
+  EXPECT_FALSE(deformer.drag_to({2e5, 0, 0}).ok());
+  EXPECT_FALSE(deformer.drag_to({-2e5, 0, 0}).ok());
+  ASSERT_TRUE(deformer.drag_to({1e5, 0, 0}).ok());
+  EXPECT_EQ(deformer.lattice().u({0, 0, 0}), glm::ivec3(512'000'000, 0, 0));
+}
+
+TEST(Deformer, HandlesAnswerToTheirNames) {
+  Deformer deformer(constant_volume({60, 20, 20}), table({material(0, 1, 0.2, 3, 0.5)}), {});
+  const auto drag = [&](int x, const char* name) {
+    if (!deformer.begin_stroke({x, 10, 10}, 2, name).ok()) return false;
+    EXPECT_TRUE(deformer.drag_to({0, 0.5, 0}).ok());
+    deformer.end_stroke();
+    return true;
+  };
+  ASSERT_TRUE(drag(10, "a"));
+  EXPECT_FALSE(drag(50, "a"));
+  EXPECT_EQ(deformer.handle_names(), std::vector<std::string>{"a"});
+  ASSERT_TRUE(drag(11, "b"));  // touches a: one handle with two names
+  EXPECT_EQ(deformer.handle_names(), (std::vector<std::string>{"a", "b"}));
+  EXPECT_TRUE(deformer.release("a").ok());
+  EXPECT_TRUE(deformer.handle_names().empty());
+}
+
+TEST(Deformer, MaterialEditsActOnTheNextDrag) {
+  const Size3 size{40, 1, 1};
+  Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
+  const auto reach = [&] {
+    EXPECT_TRUE(deformer.begin_stroke({0, 0, 0}, 0).ok());
+    const auto report = deformer.drag_to({-5, 0, 0});
+    deformer.cancel_stroke();
+    return report->elements_moved;
+  };
+  EXPECT_EQ(reach(), 10);
+  deformer.set_materials(table({material(0, 1, 0.5, 1.25, 0.2)}));
+  EXPECT_EQ(reach(), 20);
+}
+
 TEST(Deformer, GrabsWhatMayMoveAndTakesPinnedHandlesAlong) {
   const Size3 size{30, 30, 30};
   std::vector<std::uint8_t> samples(static_cast<std::size_t>(voxel_count(size)), 0);

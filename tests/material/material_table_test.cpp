@@ -98,6 +98,17 @@ TEST(MaterialTable, WarnsWhereADragMayFold) {
   EXPECT_NE(table->warnings()[0].find("loose"), std::string::npos);
 }
 
+TEST(MaterialTable, RelativePresetTakesAnyRange) {
+  EXPECT_EQ(MaterialTable::relative(0, 255).count(), 2);
+  EXPECT_EQ(MaterialTable::relative(0, 255).id_of(255), 1);
+  EXPECT_EQ(MaterialTable::relative(0, 255).id_of(84), 0);
+  for (const double value : {0.0, -3.0, 1e20, -1e30, 3e38}) {
+    const MaterialTable table = MaterialTable::relative(value, value);
+    EXPECT_EQ(table.count(), 1);
+    EXPECT_EQ(table.id_of(value), 0);
+  }
+}
+
 TEST(MaterialField, ReadsEveryTypeLikeTheTable) {
   const Size3 size{5, 4, 3};
   const auto table =
