@@ -50,9 +50,10 @@ Error AtomicFile::failure(const char* doing) const { return system_error(target_
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
   // A link is written through to what it names, as every editor does; one to nothing yet makes it.
   std::error_code ignored;
-  const auto target = std::filesystem::is_symlink(path, ignored)
-                          ? std::filesystem::weakly_canonical(path, ignored)
-                          : path;
+  auto target = path;
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(target, ignored); ++links) {
+    target = directory_of(target) / std::filesystem::read_symlink(target, ignored);
+  }
   const auto kind = std::filesystem::status(target, ignored).type();
   if (target.empty() || (kind != std::filesystem::file_type::regular &&
                          kind != std::filesystem::file_type::not_found)) {
