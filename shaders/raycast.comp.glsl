@@ -15,15 +15,9 @@ layout(set = 0, binding = 4, rgba8) writeonly uniform image2D picture;
 vec3 composite(Walk walk) {
   vec3 color = vec3(0.0);
   float opacity = 0.0;
-  for (int n = 0; n <= walk.last;) {
-    vec3 position = position_at(walk, float(n));
-    if (k_skip_empty) {
-      ivec3 block = block_of(position);
-      if (!is_visible(block)) {
-        n = beyond_block(walk, n, position, block);
-        continue;
-      }
-    }
+  vec3 position;
+  for (int n = next_sample(walk, 0, position); n <= walk.last;
+       n = next_sample(walk, n + 1, position)) {
     vec4 sampled = transfer_at(value_at(position));
     if (sampled.a > 0.0) {
       if (k_shading) sampled.rgb *= brightness(gradient_at(position), walk.direction);
@@ -32,7 +26,6 @@ vec3 composite(Walk walk) {
       opacity += part;
       if (opacity > k_opaque) break;
     }
-    ++n;
   }
   return color + (1.0 - opacity) * constants.background.rgb;
 }
@@ -48,17 +41,10 @@ vec3 iso_surface(Walk walk) {
 // From the background's colour (the transfer function's lowest value) to white (its highest).
 vec3 highest_value(Walk walk) {
   float highest = constants.transfer.x;
-  for (int n = 0; n <= walk.last;) {
-    vec3 position = position_at(walk, float(n));
-    if (k_skip_empty) {
-      ivec3 block = block_of(position);
-      if (!is_visible(block)) {
-        n = beyond_block(walk, n, position, block);
-        continue;
-      }
-    }
+  vec3 position;
+  for (int n = next_sample(walk, 0, position); n <= walk.last;
+       n = next_sample(walk, n + 1, position)) {
     highest = max(highest, value_at(position));
-    ++n;
   }
   float part = (highest - constants.transfer.x) * constants.transfer.y;
   part /= float(k_transfer_entries - 1);

@@ -73,6 +73,19 @@ int beyond_block(Walk walk, int n, vec3 position, ivec3 block) {
   return n + max(1, int(floor(min(shortest / constants.eye.w, 1e6))) + 1);
 }
 
+// The first sample from n on in a block that shows something, and where it lies: what every march
+// steps by. Beyond walk.last there is none.
+int next_sample(Walk walk, int n, out vec3 position) {
+  while (n <= walk.last) {
+    position = position_at(walk, float(n));
+    if (!k_skip_empty) break;
+    ivec3 block = block_of(position);
+    if (is_visible(block)) break;
+    n = beyond_block(walk, n, position, block);
+  }
+  return n;
+}
+
 // r, g, b and the opacity of one step.
 vec4 transfer_at(float value) {
   float at = (value - constants.transfer.x) * constants.transfer.y;
@@ -105,15 +118,9 @@ float brightness(vec3 gradient, vec3 direction) {
 // in samples.
 bool first_hit(Walk walk, out float n_out) {
   float iso = constants.background.w;
-  for (int n = 0; n <= walk.last;) {
-    vec3 position = position_at(walk, float(n));
-    if (k_skip_empty) {
-      ivec3 block = block_of(position);
-      if (!is_visible(block)) {
-        n = beyond_block(walk, n, position, block);
-        continue;
-      }
-    }
+  vec3 position;
+  for (int n = next_sample(walk, 0, position); n <= walk.last;
+       n = next_sample(walk, n + 1, position)) {
     if (value_at(position) >= iso) {
       // Bisection, not a secant: the value along the ray is no line between samples.
       float outside = float(max(n - 1, 0));
@@ -129,7 +136,6 @@ bool first_hit(Walk walk, out float n_out) {
       n_out = inside;
       return true;
     }
-    ++n;
   }
   n_out = 0.0;
   return false;

@@ -45,10 +45,6 @@ MAILLE_CONSTANT float k_flat_gradient = 0.01f;
 // volumes of 4096 voxels an axis.
 MAILLE_CONSTANT float k_wall_margin = 0.002f;
 
-// How a pick finds its surface.
-MAILLE_CONSTANT int k_pick_iso = 0;
-MAILLE_CONSTANT int k_pick_opacity = 1;
-
 // RenderMode, as specialization constant 0 of the ray-cast pass.
 MAILLE_CONSTANT int k_mode_composite = 0;
 MAILLE_CONSTANT int k_mode_iso = 1;
@@ -77,7 +73,6 @@ struct PassConstants {
 struct PickConstants {
   vec4 origin;     // xyz in voxels
   vec4 direction;  // xyz in voxels, any length
-  ivec4 rule;      // x: k_pick_*
 };
 
 struct PickResult {

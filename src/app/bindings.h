@@ -11,7 +11,7 @@ struct Binding {
   const char* action;
 };
 
-inline constexpr std::array<Binding, 16> kBindings = {{
+inline constexpr std::array<Binding, 17> kBindings = {{
     {"left drag on the volume", "grab and pull"},
     {"left drag on the background", "turn"},
     {"Alt + left drag", "turn, wherever the pointer is"},
@@ -23,6 +23,7 @@ inline constexpr std::array<Binding, 16> kBindings = {{
     {"Delete", "release all pins"},
     {"Ctrl + Z, Ctrl + Shift + Z", "undo, redo"},
     {"Space", "pause and resume relaxation"},
+    {"M", "read the materials again from the scene file"},
     {"I", "first surface / transfer function"},
     {"Enter", "whole volume from the front"},
     {"F12", "save the picture"},

@@ -51,10 +51,21 @@ void add_picture_size(CLI::App& command, PictureSize& size) {
       ->type_name("WxH");
 }
 
+constexpr const char* kGlobalOptions = "Options of every command";
+
+// They belong to the program; the help of each command lists them too.
+void list_global_options(const CLI::App& app, CLI::App& command) {
+  const auto options = app.get_options(
+      [](const CLI::Option* option) { return option->get_group() == kGlobalOptions; });
+  const auto group = CLI::Formatter().make_group(kGlobalOptions, false, options);
+  command.footer(group.substr(group.find_first_not_of('\n')));
+}
+
 void add_global_options(CLI::App& app, GlobalOptions& global) {
   static const std::map<std::string, gpu::Store> kStores = {{"auto", gpu::Store::automatic},
                                                             {"sparse", gpu::Store::sparse},
                                                             {"dense", gpu::Store::dense}};
+  app.option_defaults()->group(kGlobalOptions);
   app.add_option("--device", global.device,
                  "Vulkan device: its number in --list-devices or a part of its name");
   app.add_option("--volume-store", global.store,
@@ -64,7 +75,16 @@ void add_global_options(CLI::App& app, GlobalOptions& global) {
   app.add_option("--threads", global.threads, "Worker threads (default: one a hardware thread)")
       ->check(CLI::Range(1, 1024).description(""))
       ->type_name("N");
-  app.add_option("--seed", global.seed, "Seed of formula volumes that name none (default 1)")
+  app.add_option_function<std::string>(
+         "--seed",
+         [&global](const std::string& text) {
+           const char* const end = text.data() + text.size();
+           const auto [next, error] = std::from_chars(text.data(), end, global.seed);
+           if (error == std::errc() && next == end) return;
+           throw CLI::ValidationError("--seed",
+                                      "expected a whole number from 0 to 2^64 - 1, got " + text);
+         },
+         "Seed of formula volumes that name none (default 1)")
       ->type_name("N");
   app.add_flag("--deterministic", global.deterministic,
                "Time decides nothing: a relaxation ends when it has converged or after " +
@@ -73,6 +93,7 @@ void add_global_options(CLI::App& app, GlobalOptions& global) {
                    "bits for any number of threads");
   app.add_flag("--quiet", global.quiet, "Say only what went wrong");
   app.add_flag("--verbose", global.verbose, "Say on stderr what is used and what is left out");
+  app.option_defaults()->group("Options");
 }
 
 struct Words {
@@ -173,8 +194,11 @@ int say(const Error& error) {
 }
 
 Result<void> run(const CLI::App& app, const Words& words) {
-  if (words.list_devices) return list_devices();
   const auto commands = app.get_subcommands();
+  if (words.list_devices) {
+    if (commands.empty() && words.window.input.empty()) return list_devices();
+    return Error{ErrorKind::usage, "--list-devices: expected nothing beside it"};
+  }
   if (commands.empty()) return run_window_command(words.window, words.global);
   const auto name = commands[0]->get_name();
   if (!words.window.input.empty()) {
@@ -198,7 +222,8 @@ int run_command_line(int argc, const char* const* argv) try {
   app.set_version_flag("--version", std::string("maille ") + MAILLE_VERSION);
   app.add_flag("--list-devices", words.list_devices, "Print the Vulkan devices of this machine");
   app.add_option("INPUT", words.window.input,
-                 "Opened in a window: a volume or a scene; without one, a built-in head");
+                 "Opened in a window: a volume or a scene, whose actions are not played there; "
+                 "without one, a built-in head");
   add_global_options(app, words.global);
   app.require_subcommand(0, 1);
   app.fallthrough();
@@ -208,6 +233,7 @@ int run_command_line(int argc, const char* const* argv) try {
   add_info(app, words.info);
   add_phantom(app, words.phantom);
   add_demo(app, words.demo);
+  for (auto* const command : app.get_subcommands({})) list_global_options(app, *command);
   app.footer(
       "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 bad input, 4 no usable "
       "device or device lost, 5 out of memory, 6 file system error.");

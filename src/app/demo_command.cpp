@@ -3,6 +3,7 @@
 
 #include "app/commands.h"
 #include "app/demo_scene.h"
+#include "app/paths.h"
 #include "app/run_options.h"
 
 namespace maille {
@@ -47,21 +48,37 @@ void print_measured(const RunStatistics& s) {
   }
 }
 
+// The pixel where the scene's first drag begins, as a person would press there; the middle of the
+// picture where there is none.
+glm::dvec2 first_press(const Document& document, const View& view) {
+  glm::dvec2 pixel = glm::dvec2(view.size()) / 2.0;
+  for (const Action& action : document.scene().actions) {
+    const auto* const drag = std::get_if<DragAction>(&action);
+    if (drag == nullptr) continue;
+    if (const auto* const from = std::get_if<FromPixel>(&drag->from)) {
+      pixel = from->pixel;
+    } else {
+      const auto place = transform_point(document.volume().world_from_voxel(),
+                                         std::get<FromVoxel>(drag->from).voxel);
+      pixel = project(view.camera(), view.size(), place).value_or(pixel);
+    }
+    break;
+  }
+  return glm::clamp(pixel, glm::dvec2(0.0), glm::dvec2(view.size() - 1));
+}
+
 }  // namespace
 
 Result<void> run_demo(const DemoOptions& options, const GlobalOptions& global) {
   auto scene = options.input.empty() ? Result<Scene>(built_in_scene()) : open_scene(options.input);
   if (!scene) return scene.error();
+  if (auto checked = check_action_outputs(*scene, true); !checked) return checked;
   if (auto made = make_folder(options.output); !made) return made;
   auto loaded = load_volume(*scene, global.seed);
   if (!loaded) return loaded.error();
-  glm::dvec3 picked_mm(loaded->volume.world_from_voxel()[3]);
   if (scene->actions.empty()) {
     loaded->range = statistics_of(loaded->volume, 1);
     add_demonstration(*scene, loaded->volume, *loaded->range);
-    const auto& drag = std::get<DragAction>(scene->actions[0]);
-    picked_mm =
-        transform_point(loaded->volume.world_from_voxel(), std::get<FromVoxel>(drag.from).voxel);
   }
 
   auto headless = headless_options("demo", global);
@@ -74,11 +91,8 @@ Result<void> run_demo(const DemoOptions& options, const GlobalOptions& global) {
   if (!run) return run.error();
   View& view = *run->view();
   if (auto written = run->write_picture(options.output / "before.png"); !written) return written;
-  // Press where the drag will begin, as a person does; the drag itself starts from its voxel.
-  const auto pixel =
-      project(view.camera(), view.size(), picked_mm).value_or(glm::dvec2(view.size()) / 2.0);
-  const auto inside = glm::clamp(pixel, glm::dvec2(0.0), glm::dvec2(view.size() - 1));
-  if (auto hit = run->pick(glm::ivec2(inside)); !hit) return hit.error();
+  const auto pixel = first_press(run->document(), view);
+  if (auto hit = run->pick(glm::ivec2(pixel)); !hit) return hit.error();
   if (auto played = run->play(); !played) return played;
   if (auto written = run->write_picture(options.output / "after.png"); !written) return written;
   if (auto finished = run->finish(); !finished) return finished;

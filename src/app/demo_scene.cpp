@@ -74,7 +74,8 @@ CameraSettings three_quarter_view(const Volume& volume, double surface_value) {
   const auto extent = extent_of(volume, surface_value);
   const auto& world = volume.world_from_voxel();
   CameraSettings camera;
-  const double radius_mm = 0.5 * glm::length(transform_vector(world, extent.high - extent.low));
+  const auto edges = glm::max(extent.high - extent.low, glm::dvec3(1.0));  // of flat ones too
+  const double radius_mm = 0.5 * glm::length(transform_vector(world, edges));
   // The corners of the box are empty: a head is round.
   const double distance_mm =
       0.85 * radius_mm / std::sin(glm::radians(camera.vertical_fov_degrees) / 2);
@@ -159,7 +160,9 @@ void add_demonstration(Scene& scene, const Volume& volume, const VolumeStatistic
   const double length = std::max(
       1.0, std::floor(std::min({kDragVoxels, kShareOfExtent * extent, std::max(room - 2.0, 1.0)})));
   DragAction drag;
-  drag.from = FromVoxel{glm::dvec3(protrusion.tip - 2 * protrusion.outward)};
+  const auto inside =
+      glm::clamp(protrusion.tip - 2 * protrusion.outward, glm::ivec3(0), volume.size() - 1);
+  drag.from = FromVoxel{glm::dvec3(inside)};
   drag.radius_voxels = std::max(2.0, length / 7.0);
   drag.by = glm::dvec3(protrusion.outward) * length;
   drag.steps = kSteps;

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "app/field.h"
+#include "app/paths.h"
 #include "core/stopwatch.h"
 #include "core/trace.h"
 #include "volume/phantom.h"
@@ -25,6 +27,15 @@ std::string_view name_of(ResampleMethod method) {
   return method == ResampleMethod::nearest ? "nearest" : "linear";
 }
 
+bool same_displacements(const Lattice& a, const Lattice& b) {
+  for (std::int64_t i = 0; i < a.grid().count(); ++i) {
+    if (a.shared(i) == b.shared(i)) continue;
+    if (!a.brick(i) || !b.brick(i)) return false;  // a brick at rest is none
+    if (std::memcmp(a.brick(i)->u, b.brick(i)->u, sizeof(LatticeBrick::u)) != 0) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Error in_action(const Scene& scene, std::size_t index, const Error& error) {
@@ -38,6 +49,7 @@ Result<LoadedVolume> load_volume(const Scene& scene, std::uint64_t seed) {
   const trace::Span span("load");
   const Stopwatch start;
   if (const auto* const file = std::get_if<std::filesystem::path>(&scene.volume)) {
+    if (auto checked = check_input(*file); !checked) return checked.error();
     auto volume = read_volume(*file);
     if (!volume) return volume.error();
     return LoadedVolume{*std::move(volume), start.seconds(), std::nullopt};
@@ -59,7 +71,6 @@ Document::Document(Scene scene, LoadedVolume loaded, const DocumentOptions& opti
       range_(std::move(loaded.range)) {
   statistics_.command = options.command;
   statistics_.machine.threads = pool_.thread_count();
-  statistics_.left_out = plan_.left_out();
   auto& s = statistics_.volume;
   s.load_seconds = loaded.seconds;
   s.size = volume_.size();
@@ -73,14 +84,16 @@ Result<std::unique_ptr<Document>> Document::open(Scene scene, LoadedVolume loade
   if (auto checked = document->check_drags(); !checked) return checked.error();
   if (document->plan_.chainmail) {
     document->statistics_.chainmail.emplace();
-    document->deformer_.emplace(document->volume(), document->material_table(),
-                                document->scene_.anchors);
+    auto materials = document->material_table();
+    document->plan_.use(materials);
+    document->deformer_.emplace(document->volume(), std::move(materials), document->scene_.anchors);
     document->shown_ = Lattice(document->volume().size());
   }
   if (document->plan_.relaxation) document->statistics_.relaxation.emplace();
   if (document->plan_.resampling) {
     document->statistics_.resample.emplace().method = name_of(document->scene_.resampling);
   }
+  document->statistics_.left_out = document->plan_.left_out();
   return document;
 }
 
@@ -163,7 +176,6 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   if (auto begun = deformer_->begin_stroke(element, radius, action.name); !begun) return begun;
   auto& s = *statistics_.chainmail;
   for (int i = 1; i <= action.steps; ++i) {
-    const trace::Span span("chainmail");
     const double share = i == action.steps ? 1.0 : static_cast<double>(i) / action.steps;
     const auto report = deformer_->drag_to(by * share);
     if (!report) {
@@ -196,11 +208,14 @@ Result<void> Document::relax(const RelaxAction& action) {
     if (options_.deterministic) return iterations < kDeterministicIterations;
     return start.seconds() < action.at_most_seconds;
   };
-  while (!relaxation.progress().converged && time_left(relaxation.progress().iterations)) {
+  while (!relaxation.progress().finished() && time_left(relaxation.progress().iterations)) {
     relaxation.iterate();
   }
-  deformer_->mark_undo_step();
-  deformer_->adopt(relaxation.lattice());
+  Lattice relaxed = relaxation.lattice();
+  if (!same_displacements(relaxed, lattice())) {
+    deformer_->mark_undo_step();
+    deformer_->adopt(std::move(relaxed));
+  }
 
   const auto& progress = relaxation.measure();
   auto& s = *statistics_.relaxation;
@@ -209,7 +224,8 @@ Result<void> Document::relax(const RelaxAction& action) {
   s.element_updates += progress.element_updates;
   s.seconds += start.seconds();
   s.converged = s.converged && progress.converged;
-  s.residual_voxels = progress.residual_voxels;
+  s.residual_voxels.reset();
+  if (std::isfinite(progress.residual_voxels)) s.residual_voxels = progress.residual_voxels;
   s.energy_last = progress.energy_last;
   s.energy_ever_rose = s.energy_ever_rose || progress.energy_ever_rose;
   return {};
@@ -242,16 +258,10 @@ Result<void> Document::redo(int count) {
 
 Volume Document::deformed_volume() {
   if (!plan_.resampling) return volume_;
-  const trace::Span span("resample volume");
-  const Stopwatch start;
   ResampleCounts counts;
   auto volume =
       resample_volume(volume_, lattice(), scene_.resampling, range().lowest, pool_, counts);
-  auto& s = *statistics_.resample;
-  s.voxels += counts.voxels;
-  s.moved_voxels += counts.moved_voxels;
-  s.seconds += start.seconds() * pool_.thread_count();
-  s.unfilled_voxels = std::max(s.unfilled_voxels, counts.unfilled_voxels);
+  statistics_.resample->add(counts);
   return volume;
 }
 

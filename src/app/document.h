@@ -82,7 +82,8 @@ class Document {
   using Step = std::function<Result<void>(const DragReport&)>;
   // Errors of all four: bad_input.
   Result<void> drag(const DragAction& action, VoxelIndex element, const Step& step);
-  Result<void> relax(const RelaxAction& action);  // nothing where the plan leaves it out
+  // Nothing where the plan leaves it out. An undo step only if it moved anything.
+  Result<void> relax(const RelaxAction& action);
   Result<void> release(const ReleaseAction& action);
   Result<void> undo(int count);
   Result<void> redo(int count);

@@ -1,7 +1,10 @@
 #include "app/headless.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "app/png.h"
 #include "core/atomic_file.h"
@@ -10,10 +13,47 @@
 namespace maille {
 namespace {
 
-std::string frame_name(int number) {
-  char name[32];
-  std::snprintf(name, sizeof name, "frame_%03d.png", number);
-  return name;
+constexpr std::string_view kFramePrefix = "frame_";
+
+// How many pictures a step the scene makes.
+std::int64_t count_frames(const Scene& scene, const Plan& plan) {
+  std::int64_t count = 1;  // before the first action
+  for (const Action& action : scene.actions) {
+    if (const auto* const drag = std::get_if<DragAction>(&action)) {
+      count += drag->steps;
+    } else if (std::holds_alternative<RelaxAction>(action)) {
+      count += plan.relaxation ? 1 : 0;
+    } else if (!std::holds_alternative<RenderAction>(action) &&
+               !std::holds_alternative<SaveAction>(action)) {
+      ++count;
+    }
+  }
+  return count;
+}
+
+// frame_000.png and longer numbers, and nothing else.
+bool is_frame(const std::filesystem::path& path) {
+  const auto stem = path.stem().string();
+  return path.extension() == ".png" && stem.starts_with(kFramePrefix) &&
+         stem.size() >= kFramePrefix.size() + 3 &&
+         std::all_of(stem.begin() + kFramePrefix.size(), stem.end(),
+                     [](char c) { return c >= '0' && c <= '9'; });
+}
+
+// An earlier run's pictures would pass for this one's.
+Result<void> remove_frames(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> frames;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error)) {
+    if (is_frame(at->path())) frames.push_back(at->path());
+  }
+  for (const auto& frame : frames) {
+    if (!error) std::filesystem::remove(frame, error);
+  }
+  if (!error) return {};
+  return Error{ErrorKind::file_system, folder.string() + ": removing the pictures of an earlier " +
+                                           "run failed: " + error.message()};
 }
 
 }  // namespace
@@ -30,11 +70,14 @@ Result<Headless> Headless::open(Scene scene, LoadedVolume loaded, const Headless
   Headless run(options);
   if (!options.frames.empty()) {
     if (auto made = make_folder(options.frames); !made) return made.error();
+    if (auto removed = remove_frames(options.frames); !removed) return removed.error();
   }
   run.options_.document.measure = !options.stats.empty();
   auto document = Document::open(std::move(scene), std::move(loaded), run.options_.document);
   if (!document) return document.error();
   run.document_ = *std::move(document);
+  const auto last_frame = count_frames(run.document_->scene(), run.document_->plan()) - 1;
+  run.frame_digits_ = std::max<std::size_t>(3, std::to_string(last_frame).size());
   if (options.view) {
     run.progress_.show("preparing the device");
     auto view = View::create(*run.document_, *options.view);
@@ -42,10 +85,7 @@ Result<Headless> Headless::open(Scene scene, LoadedVolume loaded, const Headless
     run.view_ = *std::move(view);
   }
   if (options.verbose) run.note_what_is_used();
-  // The presets are meant as they are.
-  if (const auto* const table = std::get_if<MaterialTable>(&run.document_->scene().materials)) {
-    for (const auto& warning : table->warnings()) run.note(warning);
-  }
+  run.note_warnings();
   return run;
 }
 
@@ -68,6 +108,16 @@ void Headless::note_what_is_used() {
   note("left out: " + left_out);
 }
 
+void Headless::note_warnings() {
+  const auto* table = std::get_if<MaterialTable>(&document_->scene().materials);
+  // A preset is meant as it is: only who wants to know everything hears of it.
+  if (table == nullptr && options_.verbose && document_->plan().chainmail) {
+    table = &document_->deformer().materials().table();
+  }
+  if (table == nullptr) return;
+  for (const auto& warning : table->warnings()) note(warning);
+}
+
 Result<void> Headless::show() {
   if (shown_) return {};
   shown_ = true;
@@ -88,7 +138,9 @@ Result<std::optional<PickHit>> Headless::pick(glm::ivec2 pixel) {
 
 Result<void> Headless::write_frame() {
   if (!view_ || options_.frames.empty()) return {};
-  return write_picture(options_.frames / frame_name(frames_written_++));
+  auto number = std::to_string(frames_written_++);
+  number.insert(0, frame_digits_ - std::min(frame_digits_, number.size()), '0');
+  return write_picture(options_.frames / (std::string(kFramePrefix) + number + ".png"));
 }
 
 Result<void> Headless::drag(const DragAction& action) {

@@ -15,8 +15,9 @@ namespace maille {
 struct HeadlessOptions {
   DocumentOptions document;
   std::optional<ViewOptions> view;  // none: no Vulkan
-  std::filesystem::path frames;     // a picture a step goes there; empty: none
-  std::filesystem::path stats;      // empty: not written, and nothing measured for them
+  // A picture a step goes there, in place of an earlier run's; empty: none.
+  std::filesystem::path frames;
+  std::filesystem::path stats;  // empty: not written, and nothing measured for them
   std::filesystem::path trace;
   bool quiet = false;    // no progress, no notes
   bool verbose = false;  // what is used and what is left out
@@ -47,6 +48,7 @@ class Headless {
 
   void note(const std::string& sentence);  // on stderr
   void note_what_is_used();
+  void note_warnings();  // of the materials
 
   Result<void> show();
   Result<void> write_frame();
@@ -57,7 +59,8 @@ class Headless {
   Progress progress_;
   std::unique_ptr<Document> document_;
   std::unique_ptr<View> view_;
-  int frames_written_ = 0;
+  std::int64_t frames_written_ = 0;
+  std::size_t frame_digits_ = 3;
   bool shown_ = false;  // the view shows the state now
 };
 

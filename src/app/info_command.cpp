@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/paths.h"
 #include "app/sha256.h"
 #include "volume/statistics.h"
 #include "volume/volume_file.h"
@@ -54,6 +55,7 @@ void print_text(const Json& info) {
 }  // namespace
 
 Result<void> run_info(const InfoOptions& options, const GlobalOptions&) {
+  if (auto checked = check_input(options.file); !checked) return checked;
   const auto volume = read_volume(options.file);
   if (!volume) return volume.error();
   const auto statistics = statistics_of(*volume);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/paths.h"
 #include "app/run_options.h"
 
 namespace maille {
@@ -21,6 +22,7 @@ Result<void> run_pick(const PickOptions& options, const GlobalOptions& global) {
   }
   auto scene = open_scene(options.input);
   if (!scene) return scene.error();
+  if (auto checked = check_action_outputs(*scene, true); !checked) return checked;
   auto loaded = load_volume(*scene, global.seed);
   if (!loaded) return loaded.error();
   auto headless = headless_options("pick", global);

@@ -18,16 +18,6 @@ bool any_picked_drag(const Scene& scene) {
   });
 }
 
-bool many_materials(const Scene& scene) {
-  const auto* const table = std::get_if<MaterialTable>(&scene.materials);
-  return table == nullptr || table->count() > 1;
-}
-
-bool fixed_material(const Scene& scene) {
-  const auto* const table = std::get_if<MaterialTable>(&scene.materials);
-  return table != nullptr && table->any_fixed();
-}
-
 }  // namespace
 
 Plan plan_of(const Scene& scene, const Purpose& purpose) {
@@ -39,8 +29,7 @@ Plan plan_of(const Scene& scene, const Purpose& purpose) {
   plan.resampling = plan.chainmail;
   plan.relaxation = plan.chainmail && scene.relaxation.enabled &&
                     (purpose.window || any_action<RelaxAction>(scene));
-  plan.material_lookup = plan.chainmail && many_materials(scene);
-  plan.anchors = plan.chainmail && (scene.anchors.faces != 0 || fixed_material(scene));
+  plan.anchors = plan.chainmail && scene.anchors.faces != 0;
   plan.pick_pass = plan.vulkan && (purpose.window || purpose.picks || any_picked_drag(scene));
   plan.render_actions = plan.vulkan || !any_action<RenderAction>(scene);
   plan.shading = plan.vulkan && scene.render.shading;
@@ -48,6 +37,11 @@ Plan plan_of(const Scene& scene, const Purpose& purpose) {
   plan.mip = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::mip);
   plan.composite = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::composite);
   return plan;
+}
+
+void Plan::use(const MaterialTable& materials) {
+  material_lookup = chainmail && materials.count() > 1;
+  anchors = anchors || (chainmail && materials.any_fixed());
 }
 
 std::vector<std::string> Plan::left_out() const {

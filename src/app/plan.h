@@ -1,4 +1,5 @@
-// What a scene does not need is left out, decided here, once, before anything is made.
+// What a scene does not need is left out, decided here, before anything is made. What depends on
+// the materials follows as soon as they are known: a preset is chosen by the volume.
 #pragma once
 
 #include <string>
@@ -20,7 +21,7 @@ struct Plan {
   bool relaxation = false;       // active lists, forces
   bool resampling = false;       // an inverse map; else voxels are copied
   bool material_lookup = false;  // more than one material, and something that asks for it
-  bool anchors = false;          // stated ones
+  bool anchors = false;          // faces or a material that never move
   bool vulkan = false;
   bool pick_pass = false;
   bool render_actions = false;  // false: the scene asks for pictures that this command skips
@@ -30,9 +31,12 @@ struct Plan {
   bool mip = false;
   bool window = false;
 
+  // Once, with the scene's table or the one its preset stands for; asked for by chainmail only.
+  void use(const MaterialTable& materials);
   std::vector<std::string> left_out() const;
 };
 
+// All but what depends on the materials.
 Plan plan_of(const Scene& scene, const Purpose& purpose);
 
 }  // namespace maille

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/json_document.h"
+#include "app/paths.h"
 #include "app/scene.h"
 
 namespace maille {
@@ -293,8 +294,13 @@ Action read_relax(const JsonReader& value) {
 Action read_save(const JsonReader& value, const std::filesystem::path& base) {
   value.expect_object({"volume", "field"});
   SaveAction save;
-  if (value.has("volume")) save.volume = read_path(value.at("volume"), base);
-  if (value.has("field")) save.field = read_path(value.at("field"), base);
+  const auto read = [&](std::string_view key) {
+    const auto path = read_path(value.at(key), base);
+    if (!is_volume_name(path)) value.at(key).refuse_value(kVolumeName);
+    return path;
+  };
+  if (value.has("volume")) save.volume = read("volume");
+  if (value.has("field")) save.field = read("field");
   if (!save.volume && !save.field) value.refuse("expected a \"volume\" or a \"field\"");
   return save;
 }
@@ -316,7 +322,10 @@ Action read_action(const JsonReader& value, const std::filesystem::path& base) {
   if (name == "save") return read_save(action, base);
   if (name == "render") {
     action.expect_object({"to"});
-    return RenderAction{read_path(action.at("to"), base)};
+    const auto to = action.at("to");
+    const auto path = read_path(to, base);
+    if (!is_picture_name(path)) to.refuse_value(kPictureName);
+    return RenderAction{path};
   }
   if (name == "release") {
     action.expect_object({"name"});

@@ -58,13 +58,20 @@ void Simulation::drag_to(glm::dvec3 by_voxels) {
 void Simulation::grab(VoxelIndex element, double radius_voxels) {
   ask([=, this] {
     stop_relaxing();
+    dragged_ = false;
     return document_.deformer().begin_stroke(element, radius_voxels);
   });
 }
 
 void Simulation::let_go() {
   ask([this]() -> Result<void> {
-    document_.deformer().end_stroke();
+    if (!document_.deformer().in_stroke()) return {};
+    if (dragged_) {
+      document_.deformer().end_stroke();
+    } else {
+      document_.deformer().cancel_stroke();
+    }
+    if (!relaxation_) start_relaxing();
     return {};
   });
 }
@@ -72,16 +79,15 @@ void Simulation::let_go() {
 void Simulation::cancel() {
   ask([this]() -> Result<void> {
     if (!document_.deformer().in_stroke()) return {};
-    relaxation_.reset();
     document_.deformer().cancel_stroke();
-    unpublished_ = true;
+    changed_at_once();
     return {};
   });
 }
 
 void Simulation::release_pins() {
   ask([this]() -> Result<void> {
-    if (document_.deformer().in_stroke()) return {};
+    if (document_.deformer().in_stroke() || document_.deformer().handle_names().empty()) return {};
     stop_relaxing();
     document_.deformer().release_all();
     start_relaxing();
@@ -91,25 +97,41 @@ void Simulation::release_pins() {
 
 void Simulation::undo() {
   ask([this]() -> Result<void> {
-    relaxation_.reset();
     if (!document_.deformer().undo()) return Error{ErrorKind::usage, "nothing to undo"};
-    unpublished_ = true;
+    changed_at_once();
     return {};
   });
 }
 
 void Simulation::redo() {
   ask([this]() -> Result<void> {
-    relaxation_.reset();
     if (!document_.deformer().redo()) return Error{ErrorKind::usage, "nothing to redo"};
-    unpublished_ = true;
+    changed_at_once();
     return {};
   });
 }
 
-void Simulation::pause_relaxation(bool paused) {
-  ask([=, this]() -> Result<void> {
-    update_status([&](SimulationStatus& s) { s.paused = paused; });
+void Simulation::changed_at_once() {
+  relaxation_.reset();
+  unpublished_ = true;
+  start_relaxing();
+}
+
+void Simulation::set_materials(MaterialTable table) {
+  ask([this, table = std::move(table)]() -> Result<void> {
+    if (document_.deformer().in_stroke()) {
+      return Error{ErrorKind::usage, "materials cannot change during a drag"};
+    }
+    stop_relaxing();
+    document_.deformer().set_materials(table);
+    start_relaxing();
+    return {};
+  });
+}
+
+void Simulation::pause_or_resume_relaxation() {
+  ask([this]() -> Result<void> {
+    update_status([](SimulationStatus& s) { s.paused = !s.paused; });
     return {};
   });
 }
@@ -155,6 +177,7 @@ void Simulation::run() {
         s.pins = static_cast<int>(document_.deformer().handle_names().size());
         s.relaxing = relaxation_.has_value();
       });
+      wake_();
     } else if (relaxation_) {
       relax_for_a_moment();
     }
@@ -165,6 +188,7 @@ void Simulation::run() {
 Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
   if (!document_.deformer().in_stroke()) return {};
   relaxation_.reset();
+  dragged_ = true;
   const auto report = document_.deformer().drag_to(by_voxels);
   if (!report) return report.error();
   update_status([&](SimulationStatus& s) {
@@ -179,6 +203,7 @@ Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
 }
 
 void Simulation::start_relaxing() {
+  update_status([](SimulationStatus& s) { s.converged = false; });
   if (!document_.plan().relaxation || document_.lattice().at_rest()) return;
   // Another target may be waiting already: making springs for a shape that is gone is wasted.
   {
@@ -201,13 +226,13 @@ void Simulation::relax_for_a_moment() {
   const trace::Span span("relax");
   const double begin = now_seconds();
   const RelaxationProgress* progress = &relaxation_->progress();
-  while (!progress->converged && now_seconds() - begin < kRelaxSlice_seconds) {
+  while (!progress->finished() && now_seconds() - begin < kRelaxSlice_seconds) {
     progress = &relaxation_->iterate();
   }
-  const bool done = progress->converged;
+  const bool done = progress->finished();
   update_status([&](SimulationStatus& s) {
     s.relaxing = !done;
-    s.converged = done;
+    s.converged = progress->converged;
     s.residual_voxels = progress->residual_voxels;
     s.iterations = progress->iterations;
   });

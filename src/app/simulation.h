@@ -32,12 +32,13 @@ struct SimulationStatus {
   std::int64_t iterations = 0;
   int pins = 0;
   std::string refused;  // why the last wish could not be done; empty: it could
+  bool operator==(const SimulationStatus&) const = default;
 };
 
 class Simulation {
  public:
   // document: touched by the simulation thread alone until this is destroyed. wake: called on that
-  // thread whenever there is something to take.
+  // thread whenever there is something to take, and when a wish is done.
   Simulation(Document& document, std::function<void()> wake);
   ~Simulation();
   Simulation(const Simulation&) = delete;
@@ -45,12 +46,13 @@ class Simulation {
 
   void grab(VoxelIndex element, double radius_voxels);
   void drag_to(glm::dvec3 by_voxels);  // total since grab()
-  void let_go();                       // the handle stays pinned
+  void let_go();                       // the handle stays pinned; without a drag nothing happened
   void cancel();
   void release_pins();
   void undo();
   void redo();
-  void pause_relaxation(bool paused);
+  void pause_or_resume_relaxation();
+  void set_materials(MaterialTable table);  // acts from the next step on
 
   std::optional<ViewUpdate> take_view();
   SimulationStatus status() const;
@@ -60,6 +62,7 @@ class Simulation {
   void ask(Wish wish);
   void run();
   Result<void> drag_now(glm::dvec3 by_voxels);
+  void changed_at_once();  // the lattice jumped: show it, and relax from there
   void relax_for_a_moment();
   void start_relaxing();
   void stop_relaxing();  // keeps what it has reached
@@ -72,6 +75,7 @@ class Simulation {
   std::optional<Relaxation> relaxation_;  // the simulation thread's, as is the document
   double last_publish_seconds_ = 0.0;
   bool unpublished_ = false;
+  bool dragged_ = false;  // since grab()
 
   mutable std::mutex mutex_;  // what follows
   std::condition_variable asked_;

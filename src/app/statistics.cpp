@@ -40,15 +40,17 @@ Json section(const RunStatistics::ChainMail& s) {
 }
 
 Json section(const RunStatistics::Relaxation& s) {
-  return {{"iterations", s.iterations},
-          {"element_updates", s.element_updates},
-          {"seconds", s.seconds},
-          {"element_updates_per_second", rate(s.element_updates, s.seconds)},
-          {"converged", s.converged},
-          {"residual_voxels", s.residual_voxels},
-          {"energy_first", s.energy_first},
-          {"energy_last", s.energy_last},
-          {"energy_ever_rose", s.energy_ever_rose}};
+  Json out = {{"iterations", s.iterations},
+              {"element_updates", s.element_updates},
+              {"seconds", s.seconds},
+              {"element_updates_per_second", rate(s.element_updates, s.seconds)},
+              {"converged", s.converged},
+              {"residual_known", s.residual_voxels.has_value()},
+              {"energy_first", s.energy_first},
+              {"energy_last", s.energy_last},
+              {"energy_ever_rose", s.energy_ever_rose}};
+  if (s.residual_voxels) out["residual_voxels"] = *s.residual_voxels;
+  return out;
 }
 
 Json section(const RunStatistics::Resample& s) {
@@ -73,6 +75,24 @@ Json section(const RunStatistics::Frames& s) {
 }
 
 }  // namespace
+
+void RunStatistics::Resample::add(const ResampleCounts& counts) {
+  voxels += counts.voxels - counts.copied_voxels;
+  moved_voxels += counts.moved_voxels;
+  seconds += counts.resample_seconds;
+  unfilled_voxels = std::max(unfilled_voxels, counts.unfilled_voxels);
+  copied_voxels += counts.copied_voxels;
+  copy_seconds += counts.copy_seconds;
+}
+
+void RunStatistics::Resample::add(const Resample& other) {
+  voxels += other.voxels;
+  moved_voxels += other.moved_voxels;
+  seconds += other.seconds;
+  unfilled_voxels = std::max(unfilled_voxels, other.unfilled_voxels);
+  copied_voxels += other.copied_voxels;
+  copy_seconds += other.copy_seconds;
+}
 
 std::int64_t peak_rss_bytes() {
   rusage usage{};

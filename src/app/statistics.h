@@ -10,6 +10,7 @@
 
 #include "core/result.h"
 #include "core/spaces.h"
+#include "resample/resampler.h"
 
 namespace maille {
 
@@ -51,7 +52,9 @@ struct RunStatistics {
     std::int64_t element_updates = 0;
     double seconds = 0.0;
     bool converged = true;
-    double residual_voxels = 0.0;  // estimated distance to equilibrium; null: too early to tell
+    // Estimated distance to equilibrium at the end. nullopt when the iterations were too few to
+    // estimate it from: residual_voxels is then absent and residual_known false.
+    std::optional<double> residual_voxels = 0.0;
     double energy_first = 0.0;
     double energy_last = 0.0;
     bool energy_ever_rose = false;
@@ -66,8 +69,12 @@ struct RunStatistics {
     double seconds = 0.0;
     std::int64_t folded_cells = 0;
     std::int64_t unfilled_voxels = 0;
-    std::int64_t copied_voxels = 0;  // of untouched bricks, for the first picture
+    std::int64_t copied_voxels = 0;  // of untouched bricks, for the first picture or for saving
     double copy_seconds = 0.0;
+
+    // Seconds are of one worker after the other; unfilled voxels are of the worst time.
+    void add(const ResampleCounts& counts);
+    void add(const Resample& other);
   };
   std::optional<Resample> resample;
 

@@ -21,11 +21,7 @@ std::vector<std::int64_t> merged(const std::vector<std::int64_t>& a,
 
 // What one worker did; summed when the loop is over.
 struct alignas(64) Share {
-  std::int64_t voxels = 0;
-  std::int64_t copied = 0;
   ResampleCounts counts;
-  double resample_seconds = 0.0;
-  double copy_seconds = 0.0;
 };
 
 }  // namespace
@@ -88,30 +84,16 @@ Result<void> View::stream(const std::vector<std::int64_t>& bricks) {
     if (!resampler_) return copy_brick(volume_, box, voxels);
     const trace::Span brick_span("resample brick");
     const Stopwatch brick_start;
-    const auto counts = resampler_->resample(brick, voxels, flip_sign_bit);
-    auto& share = shares[static_cast<std::size_t>(worker)];
-    if (counts.moved_voxels == 0) {
-      share.copied += counts.voxels;
-      share.copy_seconds += brick_start.seconds();
-    } else {
-      share.counts += counts;
-      share.resample_seconds += brick_start.seconds();
-    }
+    auto counts = resampler_->resample(brick, voxels, flip_sign_bit);
+    counts.timed(brick_start.seconds());
+    shares[static_cast<std::size_t>(worker)].counts += counts;
   };
   if (auto streamed = renderer_->stream(bricks, pool_, fill); !streamed) return streamed;
 
   ResampleCounts counts;
-  double busy = 0.0;
-  for (const Share& share : shares) {
-    counts += share.counts;
-    busy += share.resample_seconds + share.copy_seconds;
-    resample_.seconds += share.resample_seconds;
-    resample_.copied_voxels += share.copied;
-    resample_.copy_seconds += share.copy_seconds;
-  }
-  resample_.voxels += counts.voxels;
-  resample_.moved_voxels += counts.moved_voxels;
-  resample_.unfilled_voxels = std::max(resample_.unfilled_voxels, counts.unfilled_voxels);
+  for (const Share& share : shares) counts += share.counts;
+  resample_.add(counts);
+  const double busy = counts.resample_seconds + counts.copy_seconds;
   upload_.seconds += std::max(0.0, start.seconds() - busy / pool_.thread_count());
   return {};
 }
@@ -148,13 +130,7 @@ void View::report(RunStatistics& statistics) {
   const auto& info = renderer_->device().info();
   statistics.device = {info.name, info.driver, renderer_->sparse_store()};
   if (statistics.resample) {
-    auto& s = *statistics.resample;
-    s.voxels += resample_.voxels;
-    s.moved_voxels += resample_.moved_voxels;
-    s.seconds += resample_.seconds;
-    s.unfilled_voxels = std::max(s.unfilled_voxels, resample_.unfilled_voxels);
-    s.copied_voxels += resample_.copied_voxels;
-    s.copy_seconds += resample_.copy_seconds;
+    statistics.resample->add(resample_);
   }
   upload_.bricks = counters.bricks_uploaded;
   upload_.bytes = static_cast<std::int64_t>(counters.bytes_uploaded);

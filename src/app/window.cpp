@@ -70,7 +70,12 @@ class Session {
         simulation_(document, [] { glfwPostEmptyEvent(); }),
         volume_from_world_(glm::inverse(document.volume().world_from_voxel())),
         volume_(document.volume()),
-        camera_settings_(document.scene().camera) {}
+        camera_settings_(document.scene().camera),
+        scene_file_(document.scene().file) {
+    glm::dvec2 at;
+    glfwGetCursorPos(window_, &at.x, &at.y);
+    pointer_ = framebuffer_position(at);
+  }
 
   Result<void> run() {
     if (auto shown = view_.show({}); !shown) return shown;
@@ -86,6 +91,7 @@ class Session {
         // Not a touch: a volume that relaxes on its own is shown sharp.
         changed_ = true;
       }
+      if (simulation_.status() != status_shown_) changed_ = true;
       if (!failed_.ok()) return failed_;
       if (auto drawn = draw(); !drawn) return drawn;
     }
@@ -108,7 +114,6 @@ class Session {
     if (motion_ != Motion::none || overlay_.wants_pointer()) return;
     message_.clear();
     button_ = button;
-    last_ = pointer();
     if (button == GLFW_MOUSE_BUTTON_MIDDLE ||
         (button == GLFW_MOUSE_BUTTON_LEFT && modifiers & GLFW_MOD_SHIFT)) {
       motion_ = Motion::pan;
@@ -122,9 +127,10 @@ class Session {
     touch();
   }
 
-  void on_move() {
-    const glm::dvec2 at = pointer();
-    const glm::dvec2 move = at - last_;
+  void on_move(glm::dvec2 window_position) {
+    const glm::dvec2 at = framebuffer_position(window_position);
+    const glm::dvec2 move = at - pointer_;
+    pointer_ = at;
     const PictureSize size = window_pixels();
     const Camera& camera = view_.camera();
     switch (motion_) {
@@ -135,7 +141,6 @@ class Session {
       case Motion::roll: view_.set_camera(rolled(camera, move.x * 0.3)); break;
       case Motion::grab: drag(at); break;
     }
-    last_ = at;
     touch();
   }
 
@@ -162,13 +167,14 @@ class Session {
         if (control && modifiers & GLFW_MOD_SHIFT) simulation_.redo();
         if (control && !(modifiers & GLFW_MOD_SHIFT)) simulation_.undo();
         break;
-      case GLFW_KEY_SPACE: simulation_.pause_relaxation(!simulation_.status().paused); break;
+      case GLFW_KEY_SPACE: simulation_.pause_or_resume_relaxation(); break;
       case GLFW_KEY_EQUAL:
       case GLFW_KEY_KP_ADD:
         radius_voxels_ = std::min(radius_voxels_ + 1.0, kLargestRadius_voxels);
         break;
       case GLFW_KEY_MINUS:
       case GLFW_KEY_KP_SUBTRACT: radius_voxels_ = std::max(radius_voxels_ - 1.0, 0.0); break;
+      case GLFW_KEY_M: reload_materials(); break;
       case GLFW_KEY_I: switch_mode(); break;
       case GLFW_KEY_ENTER:
         view_.set_camera(camera_of(camera_settings_, volume_, window_pixels()));
@@ -195,32 +201,31 @@ class Session {
     return size;
   }
 
-  // In framebuffer pixels: GLFW's own coordinates may be coarser.
-  glm::dvec2 pointer() const {
-    glm::dvec2 at;
-    glfwGetCursorPos(window_, &at.x, &at.y);
+  // GLFW's own coordinates may be coarser than framebuffer pixels.
+  glm::dvec2 framebuffer_position(glm::dvec2 window_position) const {
     glm::ivec2 size{0};
     glfwGetWindowSize(window_, &size.x, &size.y);
-    return at * glm::dvec2(window_pixels()) / glm::dvec2(glm::max(size, glm::ivec2(1)));
+    return window_position * glm::dvec2(window_pixels()) /
+           glm::dvec2(glm::max(size, glm::ivec2(1)));
   }
 
   // Whether there is something under the pointer to grab.
   bool begin_grab() {
     const PictureSize size = window_pixels();
-    const auto hit = view_.renderer().pick(view_.camera(), size, glm::ivec2(last_));
+    const auto hit = view_.renderer().pick(view_.camera(), size, glm::ivec2(pointer_));
     if (!hit) {
       failed_ = hit.error();
       return true;
     }
     if (!*hit) return false;
     anchor_mm_ = (*hit)->world_mm;
-    const auto on_plane = point_on_facing_plane(view_.camera(), size, last_, anchor_mm_);
+    const auto on_plane = point_on_facing_plane(view_.camera(), size, pointer_, anchor_mm_);
     if (!on_plane) return false;
     drag_start_mm_ = *on_plane;
     const VoxelIndex element = glm::clamp(VoxelIndex(glm::round(view_.rest_voxel((*hit)->voxel))),
                                           VoxelIndex(0), volume_.size() - 1);
     simulation_.grab(element, radius_voxels_);
-    grab_position_ = last_;
+    grab_position_ = pointer_;
     motion_ = Motion::grab;
     return true;
   }
@@ -240,8 +245,27 @@ class Session {
     wants_bricks_ = true;
   }
 
+  void reload_materials() {
+    if (scene_file_.empty()) {
+      message_ = "materials come from a scene file, and none is open";
+      return;
+    }
+    const auto scene = open_scene(scene_file_);
+    if (!scene) {
+      message_ = scene.error().message;
+    } else if (const auto* table = std::get_if<MaterialTable>(&scene->materials)) {
+      simulation_.set_materials(*table);
+      message_ = "materials read again";
+    } else {
+      message_ = scene_file_.string() + ": has no materials.table";
+    }
+  }
+
   void save_picture() {
-    auto picture = view_.renderer().read_picture();
+    // Sharp, even where what is on the screen is coarse because something moves.
+    const PictureSize size = glm::max(window_pixels(), PictureSize(1));
+    const auto rendered = view_.renderer().render(view_.camera(), size);
+    const auto picture = rendered ? view_.renderer().read_picture() : rendered.error();
     std::filesystem::path path;
     for (int n = 1; path.empty() || std::filesystem::exists(path); ++n) {
       path = "maille-" + std::to_string(n) + ".png";
@@ -266,7 +290,7 @@ class Session {
     const PictureSize picture = glm::max(window / scale, PictureSize(1));
     if (auto drawn = view_.renderer().render(view_.camera(), picture); !drawn) return drawn;
     OverlayContent content;
-    content.simulation = simulation_.status();
+    content.simulation = status_shown_ = simulation_.status();
     content.device = view_.renderer().device().info().name;
     content.frame_ms = frame_ms_;
     content.pixel_scale = scale;
@@ -301,10 +325,12 @@ class Session {
   glm::dmat4 volume_from_world_;
   Volume volume_;
   CameraSettings camera_settings_;
+  std::filesystem::path scene_file_;
 
   Motion motion_ = Motion::none;
   int button_ = 0;
-  glm::dvec2 last_{0};
+  // Where it was when the event now looked at happened; asking GLFW tells where it is by now.
+  glm::dvec2 pointer_{0};
   glm::dvec3 anchor_mm_{0};
   glm::dvec3 drag_start_mm_{0};
   std::optional<glm::dvec2> grab_position_;
@@ -319,6 +345,7 @@ class Session {
   double frame_ms_ = 0.0;
   int moving_scale_ = 2;
   int scale_shown_ = 0;
+  SimulationStatus status_shown_;
 };
 
 template <class F>
@@ -331,8 +358,8 @@ void install_callbacks(GLFWwindow* window) {
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
     with_session(w, [&](Session& s) { s.on_button(button, action, modifiers); });
   });
-  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double, double) {
-    with_session(w, [](Session& s) { s.on_move(); });
+  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
+    with_session(w, [&](Session& s) { s.on_move({x, y}); });
   });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double, double clicks) {
     with_session(w, [&](Session& s) { s.on_wheel(clicks); });
@@ -355,10 +382,11 @@ std::string title_of(const Scene& scene) {
 }  // namespace
 
 Result<void> run_window(Scene scene, const GlobalOptions& global) {
-  auto window = GlfwWindow::open(title_of(scene));
-  if (!window) return window.error();
+  // The input first: what is wrong with a file is more use to know than that there is no display.
   auto loaded = load_volume(scene, global.seed);
   if (!loaded) return loaded.error();
+  auto window = GlfwWindow::open(title_of(scene));
+  if (!window) return window.error();
   DocumentOptions options = headless_options("window", global).document;
   options.purpose = {.pictures = true, .window = true, .picks = true};
   auto document = Document::open(std::move(scene), *std::move(loaded), options);

@@ -19,27 +19,33 @@ WorkerPool::~WorkerPool() {
     stopping_ = true;
   }
   wake_.notify_all();
+  threads_.clear();  // joins them, while there still is what they wait on
 }
 
 void WorkerPool::for_each(std::int64_t count, const std::function<void(std::int64_t, int)>& f) {
-  std::lock_guard loop_lock(loop_mutex_);
+  std::unique_lock lock(mutex_);
+  const std::uint64_t turn = turns_given_++;
+  turn_over_.wait(lock, [&] { return turn == turn_; });
   if (threads_.empty() || count <= 1) {
+    lock.unlock();
     for (std::int64_t index = 0; index < count; ++index) f(index, 0);
-    return;
-  }
-  {
-    std::lock_guard lock(mutex_);
+    lock.lock();
+  } else {
     body_ = &f;
     count_ = count;
     next_.store(0, std::memory_order_relaxed);
     busy_ = static_cast<int>(threads_.size());
     ++loop_number_;
+    lock.unlock();
+    wake_.notify_all();
+    take_items(0);
+    lock.lock();
+    done_.wait(lock, [this] { return busy_ == 0; });
+    body_ = nullptr;
   }
-  wake_.notify_all();
-  take_items(0);
-  std::unique_lock lock(mutex_);
-  done_.wait(lock, [this] { return busy_ == 0; });
-  body_ = nullptr;
+  ++turn_;
+  lock.unlock();
+  turn_over_.notify_all();
 }
 
 void WorkerPool::take_items(int worker) {

@@ -30,7 +30,8 @@ class WorkerPool {
   int thread_count() const { return static_cast<int>(threads_.size()) + 1; }
 
   // worker is in 0 .. thread_count()-1 and names scratch memory that no other call uses meanwhile.
-  // One loop at a time: calls from several threads wait for one another. f must not call for_each
+  // One loop at a time: calls from several threads wait for one another and go first come, first
+  // served, or one that loops without a pause would keep the others out. f must not call for_each
   // of the same pool, and must not throw.
   void for_each(std::int64_t count, const std::function<void(std::int64_t index, int worker)>& f);
 
@@ -39,8 +40,10 @@ class WorkerPool {
   void take_items(int worker);
 
   std::vector<std::jthread> threads_;
-  std::mutex loop_mutex_;  // held for the length of one for_each
-  std::mutex mutex_;
+  std::mutex mutex_;  // of all that follows
+  std::condition_variable turn_over_;
+  std::uint64_t turns_given_ = 0;  // to calls of for_each
+  std::uint64_t turn_ = 0;         // whose loop it is
   std::condition_variable wake_;
   std::condition_variable done_;
   const std::function<void(std::int64_t, int)>* body_ = nullptr;

@@ -1,8 +1,8 @@
 // What does not move.
 //
-// Stated faces of the volume, fixed materials and pinned handles hold in ChainMail and in relaxation.
-// Where no faces are stated the elements of all border faces hold, in relaxation only, the place
-// where ChainMail left them: a pulled nose must not drag the whole head along.
+// Stated faces of the volume, fixed materials and pinned handles hold in ChainMail and in
+// relaxation. Where no faces are stated the elements of all border faces hold, in relaxation only,
+// the place where ChainMail left them: a pulled nose must not drag the whole head along.
 #pragma once
 
 #include <bitset>

@@ -456,8 +456,7 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
         if (*std::max_element(&delta[begin], &delta[begin] + kBrickEdge) <= overshoot) continue;
         if (!brick) {
           const LatticeBrick* start = problem.start.brick(linear);
-          brick =
-              start ? std::make_shared<LatticeBrick>(*start) : std::make_shared<LatticeBrick>();
+          brick = start ? std::make_shared<LatticeBrick>(*start) : std::make_shared<LatticeBrick>();
           std::fill(moved.begin(), moved.end(), std::uint8_t{0});
         }
         for (std::size_t e = begin; e < end; ++e) {

@@ -150,8 +150,8 @@ void Deformer::cancel_stroke() {
 }
 
 Result<void> Deformer::release(const std::string& name) {
-  const auto found = std::find_if(handles_.begin(), handles_.end(),
-                                  [&](const Handle& h) { return h.has(name); });
+  const auto found =
+      std::find_if(handles_.begin(), handles_.end(), [&](const Handle& h) { return h.has(name); });
   if (found == handles_.end()) {
     std::string known;
     for (const std::string& n : handle_names()) known += (known.empty() ? "\"" : ", \"") + n + "\"";

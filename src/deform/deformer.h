@@ -36,8 +36,9 @@ class Deformer {
   void set_materials(MaterialTable table);
 
   // Grabs the elements within radius_voxels (rest space) of an element; pinned handles that the
-  // ball touches are grabbed along, and the handle answers to their names too. Errors: usage (outside
-  // the volume, radius not a number >= 0, a name that another handle has, a stroke already on).
+  // ball touches are grabbed along, and the handle answers to their names too. Errors: usage
+  // (outside the volume, radius not a number >= 0, a name that another handle has, a stroke already
+  // on).
   Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
   bool in_stroke() const { return stroke_.has_value(); }
   // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, or further
@@ -73,7 +74,7 @@ class Deformer {
   struct Stroke {
     Snapshot before;
     Handle handle;
-    ElementSet pinned;  // by the other handles
+    ElementSet pinned;             // by the other handles
     double furthest_voxels = 0.0;  // from rest, of any element when the stroke began
     std::unique_ptr<MaterialHalos> halos;
   };

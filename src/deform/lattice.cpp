@@ -24,8 +24,8 @@ void LatticeBrick::update_bounds(const VoxelBox& box) {
           any_u[x] |= row[x];
         }
         // Most rows of most bricks rest.
-        const auto [least, most] = any ? std::minmax_element(row, row + extent.x)
-                                       : std::pair(row, row);
+        const auto [least, most] =
+            any ? std::minmax_element(row, row + extent.x) : std::pair(row, row);
         lowest[c] = std::min(lowest[c], *least);
         highest[c] = std::max(highest[c], *most);
       }

@@ -215,7 +215,8 @@ struct Relaxation::State {
           const auto [z0, z1] = range(dz);
           for (int z = z0; z < z1; ++z) {
             for (int y = y0; y < y1; ++y) {
-              float* row = &out[static_cast<std::size_t>(z * kHaloPlane + y * kSpringHaloEdge + x0)];
+              float* row =
+                  &out[static_cast<std::size_t>(z * kHaloPlane + y * kSpringHaloEdge + x0)];
               if (!from) {
                 std::fill(row, row + (x1 - x0), beyond);
                 continue;

@@ -40,8 +40,8 @@ struct RelaxationProgress {
   double largest_move_voxels = 0.0;  // in the last iteration
   double residual_voxels = 0.0;      // estimated largest distance to equilibrium; infinite until
                                      // there are moves enough to tell (16 iterations)
-  bool converged = false;      // residual_voxels is within the tolerance
-  bool at_float_limit = false;  // not, but moves have shrunk to the rounding of the state
+  bool converged = false;            // residual_voxels is within the tolerance
+  bool at_float_limit = false;       // not, but moves have shrunk to the rounding of the state
   bool finished() const { return converged || at_float_limit; }
 };
 

@@ -5,7 +5,8 @@
 // The loader's choice between the versions does not get along with the thread sanitizer, which is
 // not up yet when it is made.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
-#define MAILLE_FOR_SEVERAL_WIDTHS __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#define MAILLE_FOR_SEVERAL_WIDTHS \
+  __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #else
 #define MAILLE_FOR_SEVERAL_WIDTHS
 #endif
@@ -14,9 +15,24 @@ namespace maille {
 
 Springs springs_of(glm::dvec3 spacing_mm) {
   constexpr std::array<glm::ivec3, 18> kOffsets = {{
-      {1, 0, 0},  {-1, 0, 0}, {0, 1, 0},   {0, -1, 0}, {0, 0, 1},  {0, 0, -1},
-      {1, 1, 0},  {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {1, 0, 1},  {-1, 0, -1},
-      {1, 0, -1}, {-1, 0, 1}, {0, 1, 1},   {0, -1, -1}, {0, 1, -1}, {0, -1, 1},
+      {1, 0, 0},
+      {-1, 0, 0},
+      {0, 1, 0},
+      {0, -1, 0},
+      {0, 0, 1},
+      {0, 0, -1},
+      {1, 1, 0},
+      {-1, -1, 0},
+      {1, -1, 0},
+      {-1, 1, 0},
+      {1, 0, 1},
+      {-1, 0, -1},
+      {1, 0, -1},
+      {-1, 0, 1},
+      {0, 1, 1},
+      {0, -1, -1},
+      {0, 1, -1},
+      {0, -1, 1},
   }};
   Springs springs;
   for (std::size_t s = 0; s < springs.size(); ++s) {

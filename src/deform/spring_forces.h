@@ -15,9 +15,9 @@ inline constexpr int halo_index(int x, int y, int z) {  // of an element of the 
 }
 
 struct Spring {
-  glm::ivec3 offset{0};    // from element i to element j
-  int halo_step = 0;       // the same in a halo array
-  glm::vec3 rest_mm{0};    // X_i - X_j
+  glm::ivec3 offset{0};  // from element i to element j
+  int halo_step = 0;     // the same in a halo array
+  glm::vec3 rest_mm{0};  // X_i - X_j
   float length_mm = 0.0f;
 };
 

@@ -100,10 +100,10 @@ MaterialTable MaterialTable::ct() {
 }
 
 MaterialTable MaterialTable::relative(double lowest, double highest) {
-  const Material soft{"soft", lowest, highest, glm::dvec3(0.5), glm::dvec3(3.0),
-                      glm::dvec3(0.24), 0.1, false};
-  const Material firm{"firm", lowest, highest, glm::dvec3(0.7), glm::dvec3(1.8),
-                      glm::dvec3(0.3), 1.0, false};
+  const Material soft{"soft",          lowest,           highest, glm::dvec3(0.5),
+                      glm::dvec3(3.0), glm::dvec3(0.24), 0.1,     false};
+  const Material firm{"firm",          lowest,          highest, glm::dvec3(0.7),
+                      glm::dvec3(1.8), glm::dvec3(0.3), 1.0,     false};
   std::vector<Material> materials{soft, firm};
   materials[0].value_high = materials[1].value_low = lowest + (highest - lowest) / 3.0;
   materials[1].value_high = std::nextafter(highest, std::numeric_limits<double>::infinity());

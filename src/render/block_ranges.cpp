@@ -51,7 +51,8 @@ std::span<T> as_samples(std::span<std::byte> voxels) {
 
 }  // namespace
 
-BrickRanges ranges_of_brick(Size3 size, std::span<std::byte> voxels, VoxelType type) {
+BrickRanges ranges_of_brick(Size3 size, std::span<std::byte> voxels, VoxelType type,
+                            float stand_in) {
   switch (type) {
     case VoxelType::uint8:
       return ranges_of<std::uint8_t>(size, as_samples<std::uint8_t>(voxels), 0.0f);
@@ -65,7 +66,7 @@ BrickRanges ranges_of_brick(Size3 size, std::span<std::byte> voxels, VoxelType t
   }
   const auto samples = as_samples<float>(voxels);
   for (float& sample : samples) {
-    if (!std::isfinite(sample)) sample = 0.0f;
+    if (!std::isfinite(sample)) sample = stand_in;
   }
   return ranges_of<float>(size, samples, 0.0f);
 }

@@ -30,8 +30,9 @@ struct ValueRange {
 using BrickRanges = std::array<ValueRange, kBrickBlocks * kBrickBlocks * kBrickBlocks>;
 
 // voxels: tightly packed over a box of that size, in texture encoding. Samples of a float volume
-// that are not finite are overwritten with 0 first: one NaN would spread over 8 cells.
-BrickRanges ranges_of_brick(Size3 size, std::span<std::byte> voxels, VoxelType type);
+// that are not finite are overwritten with stand_in first: one NaN would spread over 8 cells.
+BrickRanges ranges_of_brick(Size3 size, std::span<std::byte> voxels, VoxelType type,
+                            float stand_in);
 
 class BlockRanges {
  public:

@@ -31,10 +31,9 @@ void PickPass::bind(const PassInputs& inputs, const VolumeTexture& texture) {
   pipeline_.write_bindings(inputs.bindings(texture, {.buffer = result_.get()}));
 }
 
-void PickPass::record(VkCommandBuffer commands, const Ray& ray_voxel, int rule) const {
+void PickPass::record(VkCommandBuffer commands, const Ray& ray_voxel) const {
   const shader::PickConstants push{.origin = glm::vec4(glm::vec3(ray_voxel.origin_mm), 0),
-                                   .direction = glm::vec4(glm::vec3(ray_voxel.direction), 0),
-                                   .rule = glm::ivec4(rule, 0, 0, 0)};
+                                   .direction = glm::vec4(glm::vec3(ray_voxel.direction), 0)};
   pipeline_.dispatch(commands, 1, 1, 1, std::as_bytes(std::span(&push, 1)));
   gpu::barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
                VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);

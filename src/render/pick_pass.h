@@ -16,8 +16,8 @@ class PickPass {
   // The device must be done with the old.
   void bind(const PassInputs& inputs, const VolumeTexture& texture);
 
-  // After PassInputs::record in the same commands. rule: shader::k_pick_*.
-  void record(VkCommandBuffer commands, const Ray& ray_voxel, int rule) const;
+  // After PassInputs::record in the same commands.
+  void record(VkCommandBuffer commands, const Ray& ray_voxel) const;
   // What the submission of that found; it must be done.
   Result<std::optional<PickHit>> read(const glm::dmat4& world_from_voxel, TexelScale texel,
                                       const Ray& ray_mm) const;

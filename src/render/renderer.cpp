@@ -100,7 +100,8 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const RendererOptions& option
   return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
 }
 
-Result<void> Renderer::set_volume(Size3 size, VoxelType type, const glm::dmat4& world_from_voxel) {
+Result<void> Renderer::set_volume(Size3 size, VoxelType type, const glm::dmat4& world_from_voxel,
+                                  std::optional<double> lowest_value) {
   State& s = *state_;
   if (auto idle = s.queue->wait_all(); !idle) return idle.error();
   if (s.texture) {
@@ -109,13 +110,24 @@ Result<void> Renderer::set_volume(Size3 size, VoxelType type, const glm::dmat4& 
     s.texture.reset();  // before the new one, so that both need never fit at once
   }
   s.raycast_bound = s.pick_bound = false;
-  auto texture =
-      VolumeTexture::create(*s.queue, size, type, s.options.staging_slots, s.timers.get());
+  auto texture = VolumeTexture::create(*s.queue, size, type, s.options.staging_slots, lowest_value,
+                                       s.timers.get());
   if (!texture) return texture.error();
   if (auto fitted = s.inputs->fit(**texture); !fitted) return fitted.error();
   s.texture = std::move(*texture);
   s.world_from_voxel = world_from_voxel;
   return s.show_what_is_visible();
+}
+
+Result<void> Renderer::set_volume(const Volume& volume, const VolumeStatistics& statistics) {
+  std::optional<double> lowest_value = statistics.lowest;
+  if (statistics.nan_count == voxel_count(volume.size())) lowest_value.reset();
+  return set_volume(volume.size(), volume.type(), volume.world_from_voxel(), lowest_value);
+}
+
+Result<void> Renderer::set_volume(const Volume& volume) {
+  if (volume.type() == VoxelType::float32) return set_volume(volume, statistics_of(volume, 1));
+  return set_volume(volume.size(), volume.type(), volume.world_from_voxel());
 }
 
 Result<void> Renderer::set_transfer_function(const TransferFunction& transfer) {
@@ -261,10 +273,8 @@ Result<std::optional<PickHit>> Renderer::pick(const Ray& ray) {
   const glm::dmat4 voxel_from_world = glm::inverse(s.world_from_voxel);
   const Ray ray_voxel{transform_point(voxel_from_world, ray.origin_mm),
                       transform_vector(voxel_from_world, ray.direction)};
-  const bool by_opacity =
-      s.settings.pick_rule == PickRule::opacity && s.settings.mode == RenderMode::composite;
   const int timer = s.timers->start(*commands, "pick");
-  s.pick->record(*commands, ray_voxel, by_opacity ? shader::k_pick_opacity : shader::k_pick_iso);
+  s.pick->record(*commands, ray_voxel);
   s.timers->stop(*commands, timer);
   auto value = s.queue->submit(*commands);
   if (!value) return value.error();

@@ -27,6 +27,7 @@
 #include "render/pick.h"
 #include "render/transfer_function.h"
 #include "render/volume_texture.h"
+#include "volume/statistics.h"
 #include "volume/volume.h"
 
 struct GLFWwindow;
@@ -38,14 +39,9 @@ struct RendererOptions {
   gpu::Store store = gpu::Store::automatic;
   GLFWwindow* window = nullptr;  // none: headless; GLFW is not touched
   bool vsync = true;
-  bool print_validation = false;                                 // --verbose
+  bool print_validation = false;  // to stderr too, in builds with MAILLE_VALIDATION
   std::shared_ptr<gpu::ValidationLog> validation_log = nullptr;  // see gpu::InstanceOptions::log
   int staging_slots = 64;                                        // 4 MiB of 16-bit bricks
-};
-
-enum class PickRule {
-  iso,      // the first point of iso_value where something is visible, in every mode
-  opacity,  // composite: where the ray has become half opaque. Other modes: as iso
 };
 
 struct RenderSettings {
@@ -54,7 +50,6 @@ struct RenderSettings {
   double step_voxels = 1.0;  // sampling distance; > 0
   bool shading = true;
   glm::dvec3 background{0.1, 0.11, 0.13};
-  PickRule pick_rule = PickRule::iso;
   // false marches through everything (dense store only): same pixels, for tests and measuring
   bool skip_empty = true;
   bool operator==(const RenderSettings&) const = default;
@@ -89,11 +84,13 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
 
   // Makes the texture for a volume of this size, type and place; nothing is uploaded. The transfer
-  // function, settings and counters stay. Errors: device, out_of_memory.
-  Result<void> set_volume(Size3 size, VoxelType type, const glm::dmat4& world_from_voxel);
-  Result<void> set_volume(const Volume& volume) {
-    return set_volume(volume.size(), volume.type(), volume.world_from_voxel());
-  }
+  // function, settings and counters stay. lowest_value: what is shown where samples of a float
+  // volume are not finite (see VolumeTexture::create). Errors: device, out_of_memory.
+  Result<void> set_volume(Size3 size, VoxelType type, const glm::dmat4& world_from_voxel,
+                          std::optional<double> lowest_value = 0.0);
+  // The same with the lowest value from statistics; without them a float volume is read for it.
+  Result<void> set_volume(const Volume& volume, const VolumeStatistics& statistics);
+  Result<void> set_volume(const Volume& volume);
 
   // Both may make bricks wanted (sparse store).
   Result<void> set_transfer_function(const TransferFunction& transfer);
@@ -112,7 +109,8 @@ class Renderer {
   Result<void> render(const Camera& camera, PictureSize size);
   // The last render()'s picture. Waits for it.
   Result<Picture> read_picture();
-  // First hit of the ray through a pixel's centre, or nullopt. A pick of its own: waits.
+  // Where the ray through a pixel's centre first meets iso_value with something visible, in every
+  // mode, or nullopt. A pick of its own: waits.
   Result<std::optional<PickHit>> pick(const Camera& camera, PictureSize size, glm::ivec2 pixel);
   Result<std::optional<PickHit>> pick(const Ray& ray);
 

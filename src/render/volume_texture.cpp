@@ -22,6 +22,14 @@ VkFormat format_of(VoxelType type) {
   return VK_FORMAT_R32_SFLOAT;
 }
 
+// Turns the 8-bit samples at the front of a slot into as many 16-bit texels: v/255 = 257 v/65535.
+void widen(std::span<std::byte> slot, std::size_t samples) {
+  for (std::size_t i = samples; i-- > 0;) {
+    const auto texel = static_cast<std::uint16_t>(257 * std::to_integer<int>(slot[i]));
+    std::memcpy(&slot[2 * i], &texel, sizeof texel);
+  }
+}
+
 gpu::TexelBox texels(const VoxelBox& box) { return {box.lo, box.hi}; }
 
 template <class F>
@@ -44,16 +52,22 @@ VoxelBox reach_of(glm::ivec3 block, Size3 volume_size) {
 
 Result<std::unique_ptr<VolumeTexture>> VolumeTexture::create(gpu::WorkQueue& queue, Size3 size,
                                                              VoxelType type, int staging_slots,
+                                                             std::optional<double> lowest_value,
                                                              gpu::GpuTimers* timers) {
   std::unique_ptr<VolumeTexture> texture(new VolumeTexture);
   texture->grid_ = BrickGrid(size);
   texture->type_ = type;
-  auto image = gpu::make_image3d(queue, size, format_of(type), "volume");
+  texture->widened_ =
+      bytes_per_voxel(type) == 1 && queue.device().info().type == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  texture->blank_ = !lowest_value;
+  texture->stand_in_ = static_cast<float>(lowest_value.value_or(0.0));
+  const VkFormat format = texture->widened_ ? VK_FORMAT_R16_UNORM : format_of(type);
+  auto image = gpu::make_image3d(queue, size, format, "volume");
   if (!image) return image.error();
   texture->image_ = std::move(*image);
   const auto slots = static_cast<int>(std::clamp<std::int64_t>(
       staging_slots, 2, std::max<std::int64_t>(2, texture->grid_.count())));
-  auto ring = gpu::StagingRing::create(queue, kBrickVoxels * bytes_per_voxel(type), slots);
+  auto ring = gpu::StagingRing::create(queue, kBrickVoxels * gpu::texel_bytes(format), slots);
   if (!ring) return ring.error();
   texture->ring_ = std::move(*ring);
   texture->uploads_ =
@@ -90,13 +104,14 @@ Result<VolumeTexture::StagedBrick> VolumeTexture::lend(std::int64_t brick) {
 }
 
 void VolumeTexture::finish(StagedBrick staged) {
-  const BrickRanges ranges = ranges_of_brick(staged.box.size(), staged.voxels, type_);
+  const BrickRanges ranges = ranges_of_brick(staged.box.size(), staged.voxels, type_, stand_in_);
+  if (widened_) widen(staged.slot.bytes(), staged.voxels.size());
   std::lock_guard lock(finished_mutex_);
   finished_.push_back({std::move(staged), ranges});
 }
 
 bool VolumeTexture::is_visible(const ValueRange& range) const {
-  if (!visibility_ || range.empty()) return false;
+  if (!visibility_ || blank_ || range.empty()) return false;
   // Interpolated values stray from their range by rounding.
   const double stray = type_ == VoxelType::float32
                            ? 1e-5 * std::max(std::abs(range.lowest), std::abs(range.highest))
@@ -151,7 +166,8 @@ Result<void> VolumeTexture::set_visibility(const Visibility& visibility) {
   for (const glm::vec4& entry : visibility.transfer.table(shader::k_transfer_entries, 1.0)) {
     opaque_before_.push_back(opaque_before_.back() + (entry.a > 0.0f ? 1 : 0));
   }
-  return refresh(glm::ivec3(0), ranges_.blocks());
+  if (auto done = refresh(glm::ivec3(0), ranges_.blocks()); !done) return done.error();
+  return trim();
 }
 
 Result<std::uint64_t> VolumeTexture::submit() {
@@ -223,6 +239,8 @@ Result<void> VolumeTexture::trim() {
       needed[static_cast<std::size_t>(linear_index(page, pages))] = true;
     });
   });
+  const auto most = 2 * std::count(needed.begin(), needed.end(), true);
+  if (image_->footprint().pages_resident <= most) return {};
   for_each_in(glm::ivec3(0), pages, [&](glm::ivec3 page) {
     if (!needed[static_cast<std::size_t>(linear_index(page, pages))]) image_->release(page);
   });

@@ -6,7 +6,12 @@
 // A batch submitted is seen whole by the next frame, or not at all. Voxels go into the span in
 // **texture encoding**: the volume's own type, little endian, x fastest, tightly packed over the
 // brick's box; signed integers with the sign bit flipped (flips_sign_bit()), because only unsigned
-// normalised formats are filtered everywhere.
+// normalised formats are filtered everywhere. finish() reads the span for its value ranges and may
+// rewrite it, so staging memory is cached where the device has such (gpu::MemoryUse::staging).
+//
+// On a CPU device 8-bit samples become 16-bit texels. Mesa's lavapipe filters 8-bit texels with
+// weights and results of 8 bits (and only in dense images: sparse ones take its float path), so
+// that shading shows steps, and dense and sparse pictures differ by up to 4 of 255.
 //
 // What is seen is decided here per 8^3 block, from the value ranges that finish() took and from
 // what the picture asks for (Visibility). The sparse store keeps pages only for visible blocks and
@@ -16,6 +21,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -57,10 +63,12 @@ class VolumeTexture {
     gpu::StagingRing::Slot slot;
   };
 
-  // staging_slots: how many bricks may be on their way at once.
-  // Errors: device (a size or format it cannot do), out_of_memory.
+  // staging_slots: how many bricks may be on their way at once. lowest_value: of the volume's
+  // finite samples, put where a float sample is not finite; a volume without any (nullopt) shows
+  // nothing. Errors: device (a size or format it cannot do), out_of_memory.
   static Result<std::unique_ptr<VolumeTexture>> create(gpu::WorkQueue& queue, Size3 size,
                                                        VoxelType type, int staging_slots,
+                                                       std::optional<double> lowest_value,
                                                        gpu::GpuTimers* timers = nullptr);
 
   bool flips_sign_bit() const { return type_ == VoxelType::int8 || type_ == VoxelType::int16; }
@@ -79,7 +87,9 @@ class VolumeTexture {
   // page is left out, and wanted again when it gets one.
   Result<std::uint64_t> submit();
 
-  // What the picture shows from now on; reads no voxel. May make bricks wanted.
+  // What the picture shows from now on; reads no voxel. May make bricks wanted. Pages that nothing
+  // visible needs any more are kept, in case it comes back, while they are no more than those that
+  // are needed.
   Result<void> set_visibility(const Visibility& visibility);
 
   // Bricks to stream before a picture is right, in linear order: never seen so far, or in a page
@@ -88,10 +98,6 @@ class VolumeTexture {
 
   // Those of them that were seen before.
   std::vector<std::int64_t> bricks_wanted_again() const;
-
-  // Takes the memory of pages that nothing visible needs. Until then they are kept, in case the
-  // transfer function comes back.
-  Result<void> trim();
 
   // One byte a block (x fastest), padded to whole 32-bit words: 1 = something in it is visible.
   std::span<const std::uint8_t> visible_blocks() const { return visible_; }
@@ -116,9 +122,13 @@ class VolumeTexture {
   // Brings visible_ up to date for a range of blocks (cut off at the volume) and commits the pages
   // they need.
   Result<void> refresh(glm::ivec3 first_block, glm::ivec3 end_block);
+  Result<void> trim();
 
   BrickGrid grid_;
   VoxelType type_ = VoxelType::uint8;
+  bool widened_ = false;   // 8-bit samples in 16-bit texels
+  bool blank_ = false;     // no finite sample: nothing is ever visible
+  float stand_in_ = 0.0f;  // shown where a sample is not finite
   std::unique_ptr<gpu::Image3D> image_;
   std::unique_ptr<gpu::StagingRing> ring_;
   std::unique_ptr<gpu::UploadQueue> uploads_;

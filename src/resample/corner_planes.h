@@ -50,13 +50,64 @@ class CornerPlanes {
   Plane planes_[2];
 };
 
-// Bounds of four rows together: those around one row of cells, or around one cell.
-inline Float4 least_of(Float4 a, Float4 b, Float4 c, Float4 d) {
-  return least(least(a, b), least(c, d));
-}
-inline Float4 greatest_of(Float4 a, Float4 b, Float4 c, Float4 d) {
-  return greatest(greatest(a, b), greatest(c, d));
-}
+// One line of cells along x, between the four lines of corners around it.
+class CellRow {
+ public:
+  CellRow(const CornerPlanes& planes, int y, int z, int cells)
+      : a_(planes.row(y, z)),
+        b_(planes.row(y + 1, z)),
+        c_(planes.row(y, z + 1)),
+        d_(planes.row(y + 1, z + 1)),
+        first_(std::max(
+            0, std::min({a_.first_moved, b_.first_moved, c_.first_moved, d_.first_moved}) - 1)),
+        last_(std::min(cells - 1,
+                       std::max({a_.last_moved, b_.last_moved, c_.last_moved, d_.last_moved}))) {}
+
+  bool at_rest() const { return first_ > last_; }
+
+  // Bounds of all its corners.
+  Float4 lowest() const { return least(least(a_.lowest, b_.lowest), least(c_.lowest, d_.lowest)); }
+  Float4 highest() const {
+    return greatest(greatest(a_.highest, b_.highest), greatest(c_.highest, d_.highest));
+  }
+
+  // Calls f(x, lowest corner, highest corner) for a stretch of cells that holds all those with a
+  // moved corner (highest corner's fourth lane above 0), x counted from the first cell. Neighbours
+  // share the bounds of the corners between them.
+  template <class F>
+  void for_each_moved(F&& f) const {
+    if (at_rest()) return;
+    Float4 lowest_here = lowest_at(first_);
+    Float4 highest_here = highest_at(first_);
+    for (int x = first_; x <= last_; ++x) {
+      const Float4 lowest_next = lowest_at(x + 1);
+      const Float4 highest_next = highest_at(x + 1);
+      f(x, least(lowest_here, lowest_next), greatest(highest_here, highest_next));
+      lowest_here = lowest_next;
+      highest_here = highest_next;
+    }
+  }
+
+  DeformedCell cell(int x) const {
+    return {{a_.corners[x], a_.corners[x + 1], b_.corners[x], b_.corners[x + 1], c_.corners[x],
+             c_.corners[x + 1], d_.corners[x], d_.corners[x + 1]}};
+  }
+
+ private:
+  Float4 lowest_at(int x) const {
+    return least(least(a_.corners[x], b_.corners[x]), least(c_.corners[x], d_.corners[x]));
+  }
+  Float4 highest_at(int x) const {
+    return greatest(greatest(a_.corners[x], b_.corners[x]), greatest(c_.corners[x], d_.corners[x]));
+  }
+
+  const CornerRow& a_;
+  const CornerRow& b_;
+  const CornerRow& c_;
+  const CornerRow& d_;
+  int first_;
+  int last_;
+};
 
 // Calls f(cell, base, lowest corner, highest corner) for the cells of a box that have a moved
 // corner and whose row can touch the box from `low` to `high`. Positions are relative to origin.
@@ -72,39 +123,13 @@ void for_each_moved_cell(const Lattice& lattice, const VoxelBox& cells, glm::ive
   for (int z = cells.lo.z; z < cells.hi.z; ++z) {
     planes.advance_to(z);
     for (int y = cells.lo.y; y < cells.hi.y; ++y) {
-      const CornerRow& a = planes.row(y, z);
-      const CornerRow& b = planes.row(y + 1, z);
-      const CornerRow& c = planes.row(y, z + 1);
-      const CornerRow& d = planes.row(y + 1, z + 1);
-      const int first =
-          std::max(0, std::min({a.first_moved, b.first_moved, c.first_moved, d.first_moved}) - 1);
-      const int last = std::min(cells.size().x - 1,
-                                std::max({a.last_moved, b.last_moved, c.last_moved, d.last_moved}));
-      if (first > last) continue;
-      if (misses(least_of(a.lowest, b.lowest, c.lowest, d.lowest),
-                 greatest_of(a.highest, b.highest, c.highest, d.highest))) {
-        continue;
-      }
-      const auto lowest_at = [&](int x) {
-        return least_of(a.corners[x], b.corners[x], c.corners[x], d.corners[x]);
-      };
-      const auto highest_at = [&](int x) {
-        return greatest_of(a.corners[x], b.corners[x], c.corners[x], d.corners[x]);
-      };
-      Float4 lowest_here = lowest_at(first);
-      Float4 highest_here = highest_at(first);
-      for (int x = first; x <= last; ++x) {
-        const Float4 lowest_next = lowest_at(x + 1);
-        const Float4 highest_next = highest_at(x + 1);
-        const Float4 lowest = least(lowest_here, lowest_next);
-        const Float4 highest = greatest(highest_here, highest_next);
-        lowest_here = lowest_next;
-        highest_here = highest_next;
-        if (highest[3] == 0.0f || misses(lowest, highest)) continue;
-        const DeformedCell cell{{a.corners[x], a.corners[x + 1], b.corners[x], b.corners[x + 1],
-                                 c.corners[x], c.corners[x + 1], d.corners[x], d.corners[x + 1]}};
+      const CellRow row(planes, y, z, cells.size().x);
+      if (row.at_rest() || misses(row.lowest(), row.highest())) continue;
+      row.for_each_moved([&](int x, Float4 lowest, Float4 highest) {
+        if (highest[3] == 0.0f || misses(lowest, highest)) return;
+        const DeformedCell cell = row.cell(x);
         f(cell, VoxelIndex(cells.lo.x + x, y, z), lowest, highest);
-      }
+      });
     }
   }
 }

@@ -10,9 +10,11 @@ DeformedVolume::DeformedVolume(Lattice deformed, glm::dvec3 spacing)
   for (std::int64_t b = 0; b < lattice.grid().count(); ++b) {
     if (!lattice.brick(b)) continue;
     const Reach reach = reach_of(lattice, b);
+    // The moved box is tight: where it touches the border, an element there has moved.
     const bool at_border = glm::any(glm::lessThan(reach.cells.lo, VoxelIndex(0))) ||
                            glm::any(glm::equal(reach.cells.hi, VoxelIndex(size())));
     entries.push_back({reach, reach.covered(size()), at_border});
+    border_moved = border_moved || at_border;
   }
 }
 

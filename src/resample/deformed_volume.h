@@ -14,12 +14,15 @@ struct DeformedVolume {
   struct Entry {
     Reach reach;
     VoxelBox covered;
-    bool at_border;  // holds elements of the volume's border
+    bool at_border;  // holds moved elements of the volume's border
   };
 
   Lattice lattice;
   glm::vec3 spacing_mm{1};
   std::vector<Entry> entries;  // by rising brick: answers do not depend on who asks
+  // Whether any border element has moved. Only then can material have left a voxel of the volume
+  // with nothing: while the whole border rests, what it encloses covers every voxel.
+  bool border_moved = false;
 
   DeformedVolume(Lattice deformed, glm::dvec3 spacing);
   Size3 size() const { return lattice.grid().volume_size(); }

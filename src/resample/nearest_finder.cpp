@@ -16,31 +16,12 @@ class CellPlane {
   void compute(const CornerPlanes& planes, const VoxelBox& cells, int z, Float4 spacing_mm) {
     clear(cells);
     for (int y = cells.lo.y; y < cells.hi.y; ++y) {
-      const CornerRow& a = planes.row(y, z);
-      const CornerRow& b = planes.row(y + 1, z);
-      const CornerRow& c = planes.row(y, z + 1);
-      const CornerRow& d = planes.row(y + 1, z + 1);
-      const int first =
-          std::max(0, std::min({a.first_moved, b.first_moved, c.first_moved, d.first_moved}) - 1);
-      const int last =
-          std::min(width_ - 1, std::max({a.last_moved, b.last_moved, c.last_moved, d.last_moved}));
-      if (first > last) continue;
       float* out = row(y - cells.lo.y);
-      Float4 low = least_of(a.corners[first], b.corners[first], c.corners[first], d.corners[first]);
-      Float4 high =
-          greatest_of(a.corners[first], b.corners[first], c.corners[first], d.corners[first]);
-      for (int x = first; x <= last; ++x) {
-        const Float4 next_low =
-            least_of(a.corners[x + 1], b.corners[x + 1], c.corners[x + 1], d.corners[x + 1]);
-        const Float4 next_high =
-            greatest_of(a.corners[x + 1], b.corners[x + 1], c.corners[x + 1], d.corners[x + 1]);
-        const Float4 highest = greatest(high, next_high);
-        const Float4 half = (highest - least(low, next_low)) * spacing_mm;
-        const Float4 squared = half * half;
+      CellRow(planes, y, z, width_).for_each_moved([&](int x, Float4 lowest, Float4 highest) {
+        const Float4 extent_mm = (highest - lowest) * spacing_mm;
+        const Float4 squared = extent_mm * extent_mm;
         out[x] = highest[3] > 0.0f ? 0.25f * (squared[0] + squared[1] + squared[2]) : 0.0f;
-        low = next_low;
-        high = next_high;
-      }
+      });
     }
   }
   void clear(const VoxelBox& cells) {
@@ -182,16 +163,15 @@ void drop_outside(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
 
 }  // namespace
 
-bool find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
-  bool border_moved = false;
+void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
+  bool border_claims = false;
   Offer offer(volume, box, claims);
   for (const DeformedVolume::Entry& entry : volume.entries) {
     if (intersection(entry.covered, box).empty()) continue;
-    border_moved = border_moved || entry.at_border;
+    border_claims = border_claims || entry.at_border;
     offer.elements_of(cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1)));
   }
-  if (border_moved) drop_outside(volume, box, claims);
-  return border_moved;
+  if (border_claims) drop_outside(volume, box, claims);
 }
 
 }  // namespace maille

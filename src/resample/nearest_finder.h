@@ -6,12 +6,12 @@
 namespace maille {
 
 // Gives every open voxel of a brick the element that lies nearest (in mm, ties to the lower index)
-// if the voxel lies in the deformed volume. Returns what find_rest() returns.
+// if the voxel lies in the deformed volume.
 //
 // Each element offers itself to the voxels around it. How far it must: a point of a cell is the
 // mean of the cell's corners, weighted by the trilinear map's own weights, and the variance of a
 // mean within bounds of width r is at most r^2/4 along each axis; so some corner lies within half
 // the diagonal of the cell's bounds, folded or not.
-bool find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims);
+void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims);
 
 }  // namespace maille

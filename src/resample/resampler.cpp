@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/stopwatch.h"
 #include "core/trace.h"
 #include "resample/corner_planes.h"
 #include "resample/nearest_finder.h"
@@ -81,7 +82,19 @@ ResampleCounts& ResampleCounts::operator+=(const ResampleCounts& other) {
   moved_voxels += other.moved_voxels;
   background_voxels += other.background_voxels;
   unfilled_voxels += other.unfilled_voxels;
+  copied_voxels += other.copied_voxels;
+  copy_seconds += other.copy_seconds;
+  resample_seconds += other.resample_seconds;
   return *this;
+}
+
+void ResampleCounts::timed(double seconds) {
+  if (moved_voxels > 0) {
+    resample_seconds = seconds;
+  } else {
+    copied_voxels = voxels;
+    copy_seconds = seconds;
+  }
 }
 
 Resampler::Resampler(Volume volume, Lattice lattice, ResampleMethod method,
@@ -106,11 +119,14 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
   const bool touched = state.touched(brick);
   if (touched) {
     counts.moved_voxels = claims.open(state.deformed, brick);
-    const bool border_moved = nearest ? find_nearest(state.deformed, box, claims)
-                                      : find_rest(state.deformed, box, claims);
+    if (nearest) {
+      find_nearest(state.deformed, box, claims);
+    } else {
+      find_rest(state.deformed, box, claims);
+    }
     counts.background_voxels = std::count(
         claims.score.begin(), claims.score.begin() + counts.voxels, BrickClaims::kUncovered);
-    if (!border_moved) counts.unfilled_voxels = counts.background_voxels;
+    if (!state.deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
   }
   with_voxel_type(state.volume.type(), [&]<class T>() {
     const auto voxels = state.volume.voxels<T>();
@@ -192,8 +208,9 @@ Volume resample_volume(const Volume& volume, const Lattice& lattice, ResampleMet
   auto samples = std::make_shared<std::vector<std::byte>>(volume.bytes().size());
   std::vector<ResampleCounts> by_worker(static_cast<std::size_t>(pool.thread_count()));
   pool.for_each(grid.count(), [&](std::int64_t b, int worker) {
+    const Stopwatch start;
     std::vector<std::byte> brick(kBrickVoxels * voxel_bytes);
-    by_worker[static_cast<std::size_t>(worker)] += resampler.resample(b, brick, false);
+    auto brick_counts = resampler.resample(b, brick, false);
     const VoxelBox box = grid.box(grid.brick(b));
     const std::size_t row = static_cast<std::size_t>(box.size().x) * voxel_bytes;
     const std::byte* from = brick.data();
@@ -203,6 +220,8 @@ Volume resample_volume(const Volume& volume, const Lattice& lattice, ResampleMet
         std::memcpy(samples->data() + at * voxel_bytes, from, row);
       }
     }
+    brick_counts.timed(start.seconds());
+    by_worker[static_cast<std::size_t>(worker)] += brick_counts;
   });
   for (const ResampleCounts& c : by_worker) counts += c;
   const std::span<const std::byte> bytes(*samples);

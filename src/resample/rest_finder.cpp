@@ -74,14 +74,12 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
 }
 
 // Gives open voxels the rest positions that cells within `margin` of them claim.
-bool claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims,
+void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims,
                   float margin) {
   const bool only_uncovered = margin > kInside_cells;
   const glm::ivec3 extent = box.size();
-  bool border_moved = false;
   for (const DeformedVolume::Entry& entry : volume.entries) {
     if (intersection(entry.covered, box).empty()) continue;
-    border_moved = border_moved || entry.at_border;
     const VoxelBox cells = cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1));
     const float slack = only_uncovered ? kNearMiss_cells : 0.0f;
     for_each_moved_cell(
@@ -122,18 +120,16 @@ bool claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
           }
         });
   }
-  return border_moved;
 }
 
 }  // namespace
 
-bool find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
-  const bool border_moved = claim_voxels(volume, box, claims, kInside_cells);
+void find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
+  claim_voxels(volume, box, claims, kInside_cells);
   const auto end = claims.score.begin() + static_cast<std::ptrdiff_t>(voxel_count(box.size()));
   if (std::find(claims.score.begin(), end, BrickClaims::kUncovered) != end) {
     claim_voxels(volume, box, claims, kNearMiss_cells);
   }
-  return border_moved;
 }
 
 std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dvec3 point_voxel) {

@@ -8,9 +8,8 @@
 
 namespace maille {
 
-// Gives every open voxel of a brick its rest position. Returns whether elements of the volume's
-// border are among those that could cover the brick, which explains voxels left uncovered.
-bool find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims);
+// Gives every open voxel of a brick its rest position, if the voxel lies in the deformed volume.
+void find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims);
 
 // Rest position of any point of the deformed volume. nullopt: outside of it.
 std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dvec3 point_voxel);

@@ -34,6 +34,10 @@ TEST(CommandLine, EveryCommandHasHelp) {
     const auto run = run_maille({command, "--help"});
     EXPECT_EQ(run.exit_code, 0) << command;
     EXPECT_NE(run.out.find("Usage: maille " + std::string(command)), std::string::npos) << run.out;
+    for (const auto* const option :
+         {"--device", "--volume-store", "--threads", "--deterministic"}) {
+      EXPECT_NE(run.out.find(option), std::string::npos) << command << " " << option;
+    }
     EXPECT_EQ(run.err, "");
   }
 }
@@ -55,6 +59,69 @@ TEST(CommandLine, WrongUsageIs2) {
   expect_refused({"phantom", "unicorn", "--size", "8x8x8", "-o", "x.nrrd"}, 2);
   expect_refused({"phantom", "head", "--size", "8x8", "-o", "x.nrrd"}, 2);
   expect_refused({"phantom", "head", "-o", "x.nrrd"}, 2);
+  for (const auto* const seed : {"-1", "1.5", "", "99999999999999999999"}) {
+    expect_refused({"info", "x.nrrd", "--seed", seed}, 2);
+  }
+  expect_refused({"--list-devices", "render", "x.nrrd", "-o", "x.png"}, 2);
+  expect_refused({"--list-devices", "x.nrrd"}, 2);
+}
+
+TEST(CommandLine, AWordThatIsNeitherCommandNorFileIs2) {
+  expect_refused({"rendr"}, 2);
+  EXPECT_NE(run_maille({"rendr"}).err.find("unknown command or missing file: rendr"),
+            std::string::npos);
+  const Folder folder;
+  expect_refused({folder("missing.nrrd")}, 6);
+  expect_refused({folder("missing.json")}, 6);
+  expect_refused({folder.path().string()}, 6);
+  write_file(folder / "scene.json", R"({"volume": {"file": "missing.nrrd"}})");
+  expect_refused({folder("scene.json")}, 6);
+}
+
+TEST(CommandLine, TheWindowSaysThatItPlaysNoActions) {
+  const Folder folder;
+  write_file(folder / "volume.nrrd", "this is no volume\n");
+  write_file(folder / "scene.json", R"({"volume": {"file": "volume.nrrd"},
+      "actions": [{"drag": {"from": {"voxel": [1, 1, 1]}, "by_voxels": [1, 0, 0]}}]})");
+  const auto run = run_maille({folder("scene.json")});
+  EXPECT_NE(run.exit_code, 0);
+  EXPECT_EQ(run.err.rfind("maille: note: the window opens the scene and leaves its actions", 0), 0u)
+      << run.err;
+  const auto quiet = run_maille({folder("scene.json"), "--quiet"});
+  EXPECT_EQ(quiet.err.rfind("maille: error: ", 0), 0u) << quiet.err;
+}
+
+TEST(CommandLine, OutputsAreLookedAtBeforeAnyWork) {
+  const Folder folder;
+  // The input is never reached.
+  const auto in = folder("missing.nrrd");
+  expect_refused({"render", in, "-o", folder("x.jpg")}, 2);
+  expect_refused({"render", in, "-o", folder("x")}, 2);
+  expect_refused({"deform", in, "-o", folder("x.nhdr")}, 2);
+  expect_refused({"deform", in, "-o", folder("x.mha"), "--field", folder("f.txt")}, 2);
+  expect_refused({"deform", in, "-o", folder("x.mha"), "--forward-field", folder("f")}, 2);
+  expect_refused({"phantom", "head", "--size", "8x8x8", "-o", folder("x.png")}, 2);
+  const auto place = folder("no/such/file");
+  write_file(folder / "file", "");
+  for (const auto& [option, path] : std::vector<std::pair<std::string, std::string>>{
+           {"--stats", place}, {"--trace", place}, {"--stats", folder.path().string()}}) {
+    const auto run = run_maille({"deform", in, "-o", folder("x.mha"), option, path});
+    EXPECT_EQ(run.exit_code, 6);
+    EXPECT_NE(run.err.find(option + ": "), std::string::npos) << run.err;
+  }
+  const auto frames =
+      run_maille({"render", in, "-o", folder("x.png"), "--frames", folder("file/below")});
+  EXPECT_EQ(frames.exit_code, 6);
+  EXPECT_NE(frames.err.find("--frames: "), std::string::npos) << frames.err;
+  // Of a scene's actions too, before its volume is looked for.
+  for (const auto* const action :
+       {R"("save": {"volume": "no/x.nrrd"})", R"("save": {"field": "no/x.nrrd"})"}) {
+    write_file(folder / "scene.json", R"({"volume": {"file": "missing.nrrd"}, "actions": [{)" +
+                                          std::string(action) + "}]}");
+    const auto run = run_maille({"deform", folder("scene.json"), "-o", folder("x.nrrd")});
+    EXPECT_EQ(run.exit_code, 6);
+    EXPECT_NE(run.err.find("scene.json: actions[0].save."), std::string::npos) << run.err;
+  }
 }
 
 TEST(CommandLine, BadInputIs3) {
@@ -93,6 +160,7 @@ TEST(CommandLine, NoUsableDeviceIs4) {
 TEST(CommandLine, FileSystemTroubleIs6) {
   const Folder folder;
   expect_refused({"info", folder("missing.nrrd")}, 6);
+  expect_refused({"info", folder.path().string()}, 6);
   expect_refused({"deform", folder("missing.json"), "-o", folder("x.nrrd")}, 6);
   expect_refused({"phantom", "head", "--size", "8x8x8", "-o", folder("no/such/folder/x.nrrd")}, 6);
   write_file(folder / "file", "");

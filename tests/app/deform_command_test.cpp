@@ -1,9 +1,11 @@
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "material/material_table.h"
 #include "tests/app/program.h"
 #include "volume/volume_file.h"
 
@@ -206,11 +208,37 @@ TEST(DeformCommand, UndoAndRedoAndReleaseAreActions) {
   EXPECT_EQ(deformed(drag + R"(, {"undo": 1}, {"redo": 1})"), dragged);
   EXPECT_EQ(deformed(drag + R"(, {"release": {"name": "a"}})"), dragged);
 
+  // A relaxation that finds nothing to do is no step and leaves what was undone to redo.
+  EXPECT_EQ(deformed(drag + R"(, {"undo": 1}, {"relax": {}}, {"redo": 1})"), dragged);
+  EXPECT_NE(deformed(drag + R"(, {"relax": {}})"), dragged);
+  EXPECT_EQ(deformed(drag + R"(, {"relax": {}}, {"undo": 1})"), dragged);
+
   write_file(folder / "scene.json", R"({"volume": {"file": "in.nrrd"}, "actions": [)" + drag +
                                         R"(, {"release": {"name": "b"}}]})");
   const auto run = run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd")});
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_NE(run.err.find("actions[1].release: "), std::string::npos) << run.err;
+}
+
+TEST(DeformCommand, StatisticsTellCopiesFromResampledBricks) {
+  const Folder folder;
+  ASSERT_TRUE(write_volume(folder / "in.nrrd", smooth_volume({160, 40, 38})).ok());
+  write_file(folder / "scene.json", R"({"volume": {"file": "in.nrrd"},
+      "materials": {"table": [{"values": [0, 1000], "shear": 0.5}]},
+      "actions": [{"drag": {"from": {"voxel": [10, 10, 10]}, "by_voxels": [0, 2, 0]}},
+                  {"relax": {"at_most_seconds": 0}}]})");
+  const auto run = run_maille(
+      {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--stats", folder("stats.json")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto stats = nlohmann::json::parse(read_file(folder / "stats.json"));
+  const auto& resample = stats["resample"];
+  EXPECT_EQ(resample["voxels"].get<int>() + resample["copied_voxels"].get<int>(), 160 * 40 * 38);
+  EXPECT_GE(resample["voxels"], resample["moved_voxels"]);
+  EXPECT_GT(resample["moved_voxels"], 0);
+  EXPECT_GE(resample["copied_voxels"], 32 * 40 * 38);
+  EXPECT_GT(resample["copy_seconds"], 0.0);
+  EXPECT_EQ(stats["relaxation"]["iterations"], 0);
+  EXPECT_EQ(stats["relaxation"]["residual_known"], false);
 }
 
 TEST(DeformCommand, ATraceIsWritten) {
@@ -221,10 +249,39 @@ TEST(DeformCommand, ATraceIsWritten) {
       {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--trace", folder("trace.json")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto text = read_file(folder / "trace.json");
-  EXPECT_TRUE(nlohmann::json::accept(text));
+  ASSERT_TRUE(nlohmann::json::accept(text));
   for (const auto* const span : {"load", "chainmail", "relaxation", "resample volume"}) {
     EXPECT_NE(text.find(span), std::string::npos) << span;
   }
+  // One for each position of the two drags and one for each volume saved: none within another.
+  const auto trace = nlohmann::json::parse(text);
+  std::map<std::string, int> spans;
+  for (const auto& event : trace.is_array() ? trace : trace["traceEvents"]) {
+    ++spans[event["name"].get<std::string>()];
+  }
+  EXPECT_EQ(spans["chainmail"], 5);
+  EXPECT_EQ(spans["resample volume"], 2);
+}
+
+TEST(DeformCommand, APresetsWarningsAreForWhoWantsToKnow) {
+  const Folder folder;
+  write_file(folder / "scene.json", R"({"volume": {"phantom": "head", "size": [24, 24, 24]},
+      "materials": {"preset": "ct"},
+      "actions": [{"drag": {"from": {"voxel": [12, 4, 12]}, "by_voxels": [0, -1, 0]}}]})");
+  const auto words =
+      std::vector<std::string>{"deform", folder("scene.json"), "-o", folder("out.nrrd")};
+  auto verbose = words;
+  verbose.emplace_back("--verbose");
+  const auto warnings = MaterialTable::ct().warnings();
+  ASSERT_FALSE(warnings.empty());
+  const auto plain_run = run_maille(words);
+  const auto verbose_run = run_maille(verbose);
+  for (const auto& warning : warnings) {
+    EXPECT_EQ(plain_run.err.find(warning), std::string::npos);
+    EXPECT_NE(verbose_run.err.find(warning), std::string::npos) << verbose_run.err;
+  }
+  // The preset's bone is fixed.
+  EXPECT_EQ(verbose_run.err.find("anchors"), std::string::npos) << verbose_run.err;
 }
 
 }  // namespace

@@ -34,17 +34,38 @@ TEST(Plan, AStillPictureNeedsNeitherLatticeNorMaterials) {
 TEST(Plan, DeformingNeedsNoVulkan) {
   const auto plan = plan_of(scene_of(R"("actions": [)" + kDrag + "]"), {});
   for (const auto* const name :
-       {"vulkan", "pick_pass", "shading", "composite", "iso", "window", "relaxation", "anchors"}) {
+       {"vulkan", "pick_pass", "shading", "composite", "iso", "window", "relaxation"}) {
     EXPECT_TRUE(left_out(plan, name)) << name;
   }
   EXPECT_TRUE(plan.chainmail);
-  EXPECT_TRUE(plan.material_lookup);
 }
 
-TEST(Plan, OneMaterialIsNotLookedUp) {
-  const auto plan = plan_of(
-      scene_of(R"("materials": {"table": [{"values": [0, 1]}]}, "actions": [)" + kDrag + "]"), {});
-  EXPECT_TRUE(left_out(plan, "material_lookup"));
+TEST(Plan, MaterialsDecideOfLookUpAndAnchors) {
+  const auto with = [](const std::string& members, const MaterialTable& table) {
+    auto plan = plan_of(scene_of(members + R"("actions": [)" + kDrag + "]"), {});
+    plan.use(table);
+    return plan;
+  };
+  Material material;
+  material.value_high = 1.0;
+  const auto one = MaterialTable::create({material});
+  material.fixed = true;
+  const auto fixed = MaterialTable::create({material});
+  ASSERT_TRUE(one.ok() && fixed.ok());
+  EXPECT_TRUE(left_out(with("", *one), "material_lookup"));
+  EXPECT_TRUE(left_out(with("", *one), "anchors"));
+  EXPECT_FALSE(left_out(with("", *fixed), "anchors"));
+  EXPECT_FALSE(left_out(with(R"("anchors": {"faces": ["-z"]}, )", *one), "anchors"));
+  // Its bone is fixed.
+  EXPECT_FALSE(left_out(with("", MaterialTable::ct()), "anchors"));
+  EXPECT_FALSE(left_out(with("", MaterialTable::ct()), "material_lookup"));
+  EXPECT_TRUE(left_out(with("", MaterialTable::relative(0, 1)), "anchors"));
+}
+
+TEST(Plan, AStillPictureKeepsNoAnchorsWhateverTheMaterials) {
+  auto plan = plan_of(scene_of(R"("actions": [])"), {.pictures = true});
+  plan.use(MaterialTable::ct());
+  EXPECT_TRUE(left_out(plan, "anchors"));
 }
 
 TEST(Plan, RelaxationNeedsAnActionASwitchAndSomethingMoved) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -145,6 +146,24 @@ TEST(PickCommand, PrintsNullForAMiss) {
   EXPECT_EQ(run.out, "null\n");
 }
 
+TEST(RenderCommand, FramesOfAnEarlierRunGo) {
+  const Folder folder;
+  write_scene(folder);
+  std::filesystem::create_directories(folder / "frames");
+  for (const auto* const name : {"frame_007.png", "frame_0123.png", "frame_one.png", "other.png"}) {
+    write_file(folder / "frames" / name, "");
+  }
+  const auto run = run_maille({"render", folder("scene.json"), "-o", folder("end.png"), "--size",
+                               "128x128", "--frames", folder("frames")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "frames")) {
+    names.insert(entry.path().filename().string());
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"frame_000.png", "frame_001.png", "frame_002.png",
+                                          "frame_one.png", "other.png"}));
+}
+
 TEST(RenderCommand, ADragFromAnEmptyPixelIsBadInput) {
   const Folder folder;
   write_ball(folder / "ball.nrrd");
@@ -164,11 +183,29 @@ TEST(RenderCommand, AnUnwritablePictureIs6) {
   write_scene(folder);
   const auto run = run_maille(
       {"render", folder("scene.json"), "-o", folder("no/such/x.png"), "--size", "32x32"});
-  EXPECT_EQ(run.exit_code, 3) << "pixel (64, 64) lies outside of 32x32";
+  EXPECT_EQ(run.exit_code, 6) << "before the drag from pixel (64, 64) outside of 32x32";
   write_file(folder / "still.json", R"({"volume": {"file": "ball.nrrd"}})");
   const auto still = run_maille(
       {"render", folder("still.json"), "-o", folder("no/such/x.png"), "--size", "32x32"});
   EXPECT_EQ(still.exit_code, 6) << still.err;
+}
+
+TEST(DemoCommand, PlaysVolumesOfAnyShape) {
+  const Folder folder;
+  const float nan = std::nanf("");
+  const std::vector<std::pair<std::string, Volume>> volumes = {
+      {"one", Volume::of<std::uint8_t>({1, 1, 1}, VoxelType::uint8, glm::dmat4(1.0), {7})},
+      {"row", Volume::of({300, 1, 1}, VoxelType::uint8, glm::dmat4(1.0),
+                         std::vector<std::uint8_t>(300, 9))},
+      {"nan",
+       Volume::of({4, 4, 4}, VoxelType::float32, glm::dmat4(1.0), std::vector<float>(64, nan))}};
+  for (const auto& [name, volume] : volumes) {
+    ASSERT_TRUE(write_volume(folder / (name + ".nrrd"), volume).ok());
+    const auto run = run_maille(
+        {"demo", folder(name + ".nrrd"), "-o", folder(name), "--size", "32x32", "--deterministic"});
+    EXPECT_EQ(run.exit_code, 0) << name << ": " << run.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / name / "after.png")) << name;
+  }
 }
 
 }  // namespace

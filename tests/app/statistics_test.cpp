@@ -31,7 +31,7 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
                                   "worst_violation_voxels", "drag_clamped"});
   expect_keys(json["relaxation"],
               {"iterations", "element_updates", "seconds", "converged", "residual_voxels",
-               "energy_first", "energy_last", "energy_ever_rose"});
+               "residual_known", "energy_first", "energy_last", "energy_ever_rose"});
   expect_keys(json["resample"], {"method", "voxels", "seconds", "folded_cells", "unfilled_voxels"});
   expect_keys(json["upload"], {"bricks", "bytes", "seconds"});
   expect_keys(json["frames"], {"count", "median_ms", "gpu_ms"});
@@ -53,6 +53,39 @@ TEST(Statistics, WhatWasLeftOutIsAbsentAndNamed) {
   }
   EXPECT_FALSE(json["machine"].contains("triad_gb_per_s"));
   EXPECT_EQ(json["left_out"], nlohmann::json({"relaxation", "window"}));
+}
+
+TEST(Statistics, AResidualThatNobodyCouldEstimateIsNotInvented) {
+  RunStatistics s;
+  s.relaxation.emplace().residual_voxels = 0.25;
+  auto relaxation = nlohmann::json::parse(to_json(s))["relaxation"];
+  EXPECT_EQ(relaxation["residual_known"], true);
+  EXPECT_EQ(relaxation["residual_voxels"], 0.25);
+  s.relaxation->residual_voxels.reset();
+  relaxation = nlohmann::json::parse(to_json(s))["relaxation"];
+  EXPECT_EQ(relaxation["residual_known"], false);
+  EXPECT_FALSE(relaxation.contains("residual_voxels"));
+}
+
+TEST(Statistics, CopiesAreCountedApart) {
+  ResampleCounts untouched;
+  untouched.voxels = 100;
+  untouched.timed(2.0);
+  ResampleCounts moved;
+  moved.voxels = 10;
+  moved.moved_voxels = 4;
+  moved.timed(3.0);
+  ResampleCounts all;
+  all += untouched;
+  all += moved;
+  RunStatistics::Resample s;
+  s.add(all);
+  s.add(RunStatistics::Resample(s));
+  EXPECT_EQ(s.voxels, 20);
+  EXPECT_EQ(s.moved_voxels, 8);
+  EXPECT_EQ(s.copied_voxels, 200);
+  EXPECT_EQ(s.seconds, 6.0);
+  EXPECT_EQ(s.copy_seconds, 4.0);
 }
 
 TEST(Statistics, ProgramStartAndPeakMemoryAreKnown) {

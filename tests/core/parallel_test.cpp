@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <thread>
 #include <vector>
@@ -65,6 +66,30 @@ TEST_P(Pool, LoopsOfSeveralThreadsWaitForOneAnother) {
   { std::jthread one(caller, 1), two(caller, 2), three(caller, 3); }
   EXPECT_EQ(calls, 3 * 50 * 8);
   EXPECT_FALSE(is_mixed);
+}
+
+TEST_P(Pool, WhoAsksForOneLoopIsNotKeptOutByWhoLoopsOnAndOn) {
+  WorkerPool pool(GetParam());
+  std::atomic<bool> is_over{false};
+  std::atomic<int> begun{0};
+  std::jthread looper([&] {
+    while (!is_over) {
+      pool.for_each(4, [&](std::int64_t index, int) {
+        if (index == 0) ++begun;
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+      });
+    }
+  });
+  while (begun == 0) std::this_thread::yield();
+  std::vector<int> overtaken;
+  for (int i = 0; i < 21; ++i) {
+    const int before = begun;
+    pool.for_each(1, [&](std::int64_t, int) { overtaken.push_back(begun - before); });
+  }
+  is_over = true;
+  // The median, since a caller may lose its core before it has asked.
+  std::sort(overtaken.begin(), overtaken.end());
+  EXPECT_LE(overtaken[10], 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, Pool, testing::Values(1, 2, 8));

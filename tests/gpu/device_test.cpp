@@ -1,6 +1,5 @@
 #include "gpu/device.h"
 
-#include "tests/gpu/driver_noise.h"
 #include "tests/gpu/gpu_fixture.h"
 
 namespace maille::gpu {

@@ -1,7 +1,9 @@
 // Staging ring, upload queue, images and read-back: what goes in comes out.
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <span>
 #include <thread>
 
 #include "gpu/readback.h"
@@ -10,6 +12,24 @@
 
 namespace maille::gpu {
 namespace {
+
+class Memory : public GpuTest {};
+
+// Staged bricks are read again, for their value ranges.
+TEST_F(Memory, ForStagingIsCachedWhereThereIsSuch) {
+  MAILLE_NEEDS(Store::automatic);
+  constexpr VkMemoryPropertyFlags wished = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT |
+                                           VK_MEMORY_PROPERTY_HOST_COHERENT_BIT |
+                                           VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+  const auto& memory = device_->memory();
+  const std::span types(memory.memoryTypes, memory.memoryTypeCount);
+  const bool any = std::any_of(types.begin(), types.end(), [](const VkMemoryType& type) {
+    return (type.propertyFlags & wished) == wished;
+  });
+  const auto chosen = memory_type_for(*device_, ~0u, MemoryUse::staging);
+  ASSERT_TRUE(chosen);
+  EXPECT_EQ((types[*chosen].propertyFlags & wished) == wished, any);
+}
 
 struct Case {
   Store store;

@@ -28,7 +28,7 @@ BlockRanges ranges_of(const Volume& volume) {
     std::vector<std::byte> voxels(static_cast<std::size_t>(voxel_count(box.size())) *
                                   bytes_per_voxel(volume.type()));
     copy_brick(volume, box, voxels);
-    ranges.set(grid.brick(i), ranges_of_brick(box.size(), voxels, volume.type()));
+    ranges.set(grid.brick(i), ranges_of_brick(box.size(), voxels, volume.type(), 0.0f));
   }
   return ranges;
 }
@@ -79,10 +79,11 @@ TEST(BlockRanges, UnknownUntilSetAndNaNIsOverwritten) {
   samples[5] = std::numeric_limits<float>::quiet_NaN();
   samples[6] = -std::numeric_limits<float>::infinity();
   const auto bytes = std::as_writable_bytes(std::span(samples));
-  ranges.set({0, 0, 0}, ranges_of_brick({8, 8, 8}, bytes, VoxelType::float32));
-  EXPECT_EQ(ranges.range({0, 0, 0}).lowest, 0.0f);
+  ranges.set({0, 0, 0}, ranges_of_brick({8, 8, 8}, bytes, VoxelType::float32, -3.0f));
+  EXPECT_EQ(ranges.range({0, 0, 0}).lowest, -3.0f);
   EXPECT_EQ(ranges.range({0, 0, 0}).highest, 2.0f);
-  EXPECT_EQ(samples[5], 0.0f);
+  EXPECT_EQ(samples[5], -3.0f);
+  EXPECT_EQ(samples[6], -3.0f);
 }
 
 }  // namespace

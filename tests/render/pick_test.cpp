@@ -82,30 +82,6 @@ TEST_P(Pick, HitsWhatTheIsoPictureShows) {
   EXPECT_EQ(renderer->counters().pipelines, 2);
 }
 
-TEST_P(Pick, ByOpacityStopsWhereHalfTheLightIsGone) {
-  MAILLE_OPEN(renderer, GetParam());
-  const Size3 size{40, 40, 40};
-  const Volume volume = analytic(size, VoxelType::float32, axis_aligned({1, 1, 1}),
-                                 [](glm::dvec3 p) { return p.y < 9.5 ? -1.0 : 1.0; });
-  // Opacity 0.1 a voxel from the plane y = 9.5 on: half after ln 0.5 / ln 0.9 = 6.58 voxels.
-  const TransferFunction transfer = *TransferFunction::of(
-      {{-1, {1, 1, 1}, 0.0}, {0, {1, 1, 1}, 0.0}, {0, {1, 1, 1}, 0.1}, {1, {1, 1, 1}, 0.1}});
-  show(*renderer, volume, transfer,
-       {.iso_value = 100.0, .step_voxels = 0.5, .pick_rule = PickRule::opacity});
-  Camera camera;
-  camera.target_mm = {20, 20, 20};
-  camera.eye_mm = {20, -100, 20};
-  const auto hit = renderer->pick(camera, kSize, {20, 15});
-  ASSERT_TRUE(hit);
-  ASSERT_TRUE(hit->has_value());
-  EXPECT_NEAR((*hit)->voxel.y, 9.5 + 6.58, 0.5);
-  // The iso rule would find nothing at 100.
-  ASSERT_TRUE(renderer->set_settings({.iso_value = 100.0}));
-  const auto miss = renderer->pick(camera, kSize, {20, 15});
-  ASSERT_TRUE(miss);
-  EXPECT_FALSE(miss->has_value());
-}
-
 TEST_P(Pick, FromWithinAndFromTheOtherSide) {
   MAILLE_OPEN(renderer, GetParam());
   const Size3 size{64, 64, 64};

@@ -313,6 +313,30 @@ TEST(Resampler, FoldedLatticesAreFilledAndDeterministic) {
   }
 }
 
+// Material that leaves the volume leaves voxels with nothing, however far it goes and however many
+// bricks lie between: that is background, not a hole.
+TEST(Resampler, WhatLeavesTheVolumeIsNoHole) {
+  const Size3 size{100, 40, 36};
+  const Volume volume = numbered(size);
+  const glm::dvec3 far(1e5, 0, 0);
+  const auto all = [&](glm::dvec3) { return far; };
+  const auto one_face = [&](glm::dvec3 p) { return p.x > 90 ? far : glm::dvec3(0); };
+  const auto inside = [&](glm::dvec3 p) {
+    return glm::length(p - glm::dvec3(50, 20, 18)) < 12 ? far : glm::dvec3(0);
+  };
+  for (const ResampleMethod method : kMethods) {
+    const auto gone = resampled(volume, lattice_from(size, all), method);
+    EXPECT_EQ(gone.counts.background_voxels, voxel_count(size));
+    EXPECT_EQ(gone.counts.unfilled_voxels, 0);
+    EXPECT_EQ(resampled(volume, lattice_from(size, one_face), method).counts.unfilled_voxels, 0);
+    // Behind a border at rest everything stays covered, by cells that reach as far as the drag.
+    const auto stretched = resampled(volume, lattice_from(size, inside), method);
+    EXPECT_GT(stretched.counts.moved_voxels, 1000);
+    EXPECT_EQ(stretched.counts.background_voxels, 0);
+    EXPECT_EQ(stretched.counts.unfilled_voxels, 0);
+  }
+}
+
 TEST(Resampler, CountsFoldedCells) {
   const Size3 size{20, 20, 20};
   WorkerPool pool(1);

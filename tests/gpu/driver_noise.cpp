@@ -1,8 +1,6 @@
 // What sanitizers find in drivers and layers, and is not ours to mend.
 //
-// Included by one file of each test program.
-#pragma once
-
+// Linked into each program that loads them, in builds with a sanitizer only.
 #if defined(__SANITIZE_ADDRESS__)
 
 #include "gpu/instance.h"
@@ -12,12 +10,14 @@ extern "C" const char* __lsan_default_suppressions() {
 }
 
 namespace maille::gpu {
+namespace {
 // The leak sanitizer can tell whose a leak is only while the library is loaded, so an instance is
 // kept for ever.
-inline Instance* const kept_instance = [] {
+[[maybe_unused]] Instance* const kept_instance = [] {
   auto made = Instance::create();
   return made ? std::move(*made).release() : nullptr;
 }();
+}  // namespace
 }  // namespace maille::gpu
 
 #elif defined(__SANITIZE_THREAD__)
