@@ -31,7 +31,10 @@ class GlfwWindow {
  public:
   static Result<GlfwWindow> open(const std::string& title) {
     static std::string reason;
-    glfwSetErrorCallback([](int, const char* text) { reason = text; });
+    glfwSetErrorCallback([](int, const char* text) {
+      reason = text;
+      reason.erase(reason.find_last_not_of(' ') + 1);  // GLFW ends where a display's name would be
+    });
     if (!glfwInit()) {
       return Error{ErrorKind::device, "no window can be opened: " + reason +
                                           "; maille render and maille demo need no display"};

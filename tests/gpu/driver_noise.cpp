@@ -8,6 +8,8 @@
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:libvulkan\nleak:libVkLayer\nleak:libLLVM\nleak:libgallium\nleak:_dl_\n";
 }
+// Tests look at what a program says.
+extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
 
 namespace maille::gpu {
 namespace {
