@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
-#include <limits>
+#include <new>
 #include <utility>
 
 #include "core/trace.h"
@@ -170,19 +170,34 @@ void Simulation::run() {
         drag_target_.reset();
       }
     }
-    if (wish) {
-      const auto done = wish();
-      update_status([&](SimulationStatus& s) {
-        s.refused = done.ok() ? "" : done.error().message;
-        s.pins = static_cast<int>(document_.deformer().handle_names().size());
-        s.relaxing = relaxation_.has_value();
+    try {
+      if (wish) {
+        fulfil(wish);
+      } else if (relaxation_) {
+        relax_for_a_moment();
+      }
+      if (unpublished_) publish();
+    } catch (const std::bad_alloc&) {
+      // The lattice is as the last finished step left it; relaxing on would only ask again.
+      relaxation_.reset();
+      unpublished_ = false;
+      update_status([](SimulationStatus& s) {
+        s.refused = "out of memory: the last step was given up";
+        s.relaxing = false;
       });
       wake_();
-    } else if (relaxation_) {
-      relax_for_a_moment();
     }
-    if (unpublished_) publish();
   }
+}
+
+void Simulation::fulfil(const Wish& wish) {
+  const auto done = wish();
+  update_status([&](SimulationStatus& s) {
+    s.refused = done.ok() ? "" : done.error().message;
+    s.pins = static_cast<int>(document_.deformer().handle_names().size());
+    s.relaxing = relaxation_.has_value();
+  });
+  wake_();
 }
 
 Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {

@@ -61,6 +61,7 @@ class Simulation {
   using Wish = std::function<Result<void>()>;
   void ask(Wish wish);
   void run();
+  void fulfil(const Wish& wish);
   Result<void> drag_now(glm::dvec3 by_voxels);
   void changed_at_once();  // the lattice jumped: show it, and relax from there
   void relax_for_a_moment();

@@ -1,6 +1,7 @@
 #include "core/parallel.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/trace.h"
 
@@ -27,8 +28,11 @@ void WorkerPool::for_each(std::int64_t count, const std::function<void(std::int6
   const std::uint64_t turn = turns_given_++;
   turn_over_.wait(lock, [&] { return turn == turn_; });
   if (threads_.empty() || count <= 1) {
+    body_ = &f;
+    count_ = count;
+    next_.store(0, std::memory_order_relaxed);
     lock.unlock();
-    for (std::int64_t index = 0; index < count; ++index) f(index, 0);
+    take_items(0);
     lock.lock();
   } else {
     body_ = &f;
@@ -41,18 +45,27 @@ void WorkerPool::for_each(std::int64_t count, const std::function<void(std::int6
     take_items(0);
     lock.lock();
     done_.wait(lock, [this] { return busy_ == 0; });
-    body_ = nullptr;
   }
+  body_ = nullptr;
+  const std::exception_ptr thrown = std::exchange(thrown_, nullptr);
   ++turn_;
   lock.unlock();
   turn_over_.notify_all();
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 void WorkerPool::take_items(int worker) {
   for (;;) {
     const std::int64_t index = next_.fetch_add(1, std::memory_order_relaxed);
     if (index >= count_) return;
-    (*body_)(index, worker);
+    try {
+      (*body_)(index, worker);
+    } catch (...) {
+      next_.store(count_, std::memory_order_relaxed);  // nobody takes another
+      std::lock_guard lock(mutex_);
+      if (!thrown_) thrown_ = std::current_exception();
+      return;
+    }
   }
 }
 

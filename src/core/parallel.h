@@ -12,6 +12,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -32,7 +33,7 @@ class WorkerPool {
   // worker is in 0 .. thread_count()-1 and names scratch memory that no other call uses meanwhile.
   // One loop at a time: calls from several threads wait for one another and go first come, first
   // served, or one that loops without a pause would keep the others out. f must not call for_each
-  // of the same pool, and must not throw.
+  // of the same pool. What f throws (out of memory) ends the loop early and is thrown here.
   void for_each(std::int64_t count, const std::function<void(std::int64_t index, int worker)>& f);
 
  private:
@@ -47,6 +48,7 @@ class WorkerPool {
   std::condition_variable wake_;
   std::condition_variable done_;
   const std::function<void(std::int64_t, int)>* body_ = nullptr;
+  std::exception_ptr thrown_;  // the first, by a body
   std::int64_t count_ = 0;
   std::atomic<std::int64_t> next_{0};
   int busy_ = 0;

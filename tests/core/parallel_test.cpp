@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -107,6 +108,20 @@ TEST(WorkerPool, WhatALoopWroteIsSeenAfterIt) {
     pool.for_each(4096, [&](std::int64_t i, int) { plain[static_cast<std::size_t>(i)] += loop; });
   }
   for (const int value : plain) ASSERT_EQ(value, 210);
+}
+
+TEST(WorkerPool, WhatABodyThrowsReachesTheCaller) {
+  for (const int threads : {1, 2, 8}) {
+    WorkerPool pool(threads);
+    EXPECT_THROW(pool.for_each(1000,
+                               [](std::int64_t index, int) {
+                                 if (index == 17) throw std::bad_alloc();
+                               }),
+                 std::bad_alloc);
+    std::atomic<int> calls = 0;
+    pool.for_each(100, [&](std::int64_t, int) { ++calls; });
+    EXPECT_EQ(calls, 100);
+  }
 }
 
 }  // namespace
