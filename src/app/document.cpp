@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "app/field.h"
 #include "app/paths.h"
 #include "core/stopwatch.h"
 #include "core/trace.h"
+#include "deform/violations.h"
 #include "volume/phantom.h"
 #include "volume/volume_file.h"
 
@@ -25,15 +25,6 @@ std::string in_file(const Scene& scene, const std::string& message) {
 
 std::string_view name_of(ResampleMethod method) {
   return method == ResampleMethod::nearest ? "nearest" : "linear";
-}
-
-bool same_displacements(const Lattice& a, const Lattice& b) {
-  for (std::int64_t i = 0; i < a.grid().count(); ++i) {
-    if (a.shared(i) == b.shared(i)) continue;
-    if (!a.brick(i) || !b.brick(i)) return false;  // a brick at rest is none
-    if (std::memcmp(a.brick(i)->u, b.brick(i)->u, sizeof(LatticeBrick::u)) != 0) return false;
-  }
-  return true;
 }
 
 }  // namespace

@@ -53,8 +53,7 @@ std::vector<glm::vec3> forward_field_mm(const Volume& volume, const Lattice& lat
     if (brick == nullptr) return;
     for_each_voxel(grid.box(grid.brick(index)), volume.size(),
                    [&](VoxelIndex voxel, std::size_t, std::size_t at) {
-                     const int e = element_in_brick(voxel);
-                     const glm::dvec3 u(brick->u[0][e], brick->u[1][e], brick->u[2][e]);
+                     const glm::dvec3 u(brick->u(element_in_brick(voxel)));
                      field[at] = glm::vec3(mm_from_units * u);
                    });
   });

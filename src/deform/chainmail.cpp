@@ -272,9 +272,18 @@ class ComponentSolver {
     queue_.push({priority, linear});
   }
 
+  const std::int32_t* unpacked(const LatticeBrick& brick) {
+    unpacked_.resize(kBrickVoxels);
+    for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
+      brick.read_row(component_, row, &unpacked_[static_cast<std::size_t>(row * kBrickEdge)]);
+    }
+    return unpacked_.data();
+  }
+
   // u of the component at an element of a brick that may be absent.
   static std::int32_t u_of(const LatticeBrick* brick, int component, int element) {
-    return brick ? brick->u[component][element] : 0;
+    const DisplacementPlane* plane = brick ? brick->plane(component).get() : nullptr;
+    return plane ? plane->at(element) : 0;
   }
 
   void visit(std::int64_t linear) {
@@ -296,7 +305,7 @@ class ComponentSolver {
       while (sweep_round(labels, box.size(), slack)) {
       }
     } else {
-      slack_.begin(box, halo, here ? here->u[component_] : nullptr, limits_);
+      slack_.begin(box, halo, here ? unpacked(*here) : nullptr, limits_);
       while (sweep_round(labels, box.size(), slack_)) {
       }
     }
@@ -418,6 +427,7 @@ class ComponentSolver {
   std::vector<std::int32_t> pending_;
   std::priority_queue<std::pair<std::int32_t, std::int64_t>> queue_;
   VaryingSlack slack_;
+  std::vector<std::int32_t> unpacked_;
 };
 
 }  // namespace
@@ -442,7 +452,7 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
 
   std::vector<std::uint8_t> moved(kBrickVoxels);
   for (std::int64_t linear = 0; linear < grid.count(); ++linear) {
-    std::shared_ptr<LatticeBrick> brick;
+    std::unique_ptr<BrickDisplacements> brick;
     for (std::size_t c = 0; c < 3; ++c) {
       const Labels* labels = solver_of[c] ? solver_of[c]->labels(linear) : nullptr;
       if (!labels) continue;
@@ -456,7 +466,12 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
         if (*std::max_element(&delta[begin], &delta[begin] + kBrickEdge) <= overshoot) continue;
         if (!brick) {
           const LatticeBrick* start = problem.start.brick(linear);
-          brick = start ? std::make_shared<LatticeBrick>(*start) : std::make_shared<LatticeBrick>();
+          brick = std::make_unique<BrickDisplacements>();
+          for (int c2 = 0; start && c2 < 3; ++c2) {
+            for (int r = 0; r < kBrickEdge * kBrickEdge; ++r) {
+              start->read_row(c2, r, &brick->u[c2][r * kBrickEdge]);
+            }
+          }
           std::fill(moved.begin(), moved.end(), std::uint8_t{0});
         }
         for (std::size_t e = begin; e < end; ++e) {
@@ -468,8 +483,7 @@ ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by) 
     }
     if (!brick) continue;
     answer.elements_moved += std::count(moved.begin(), moved.end(), std::uint8_t{1});
-    brick->update_bounds(grid.box(grid.brick(linear)));
-    answer.lattice.set(linear, std::move(brick));
+    answer.lattice.set(linear, LatticeBrick::create(grid.box(grid.brick(linear)), *brick));
   }
   return answer;
 }

@@ -13,13 +13,11 @@ constexpr double kFurthest_voxels = 1e6;
 
 double furthest_voxels(const Lattice& lattice) {
   std::int32_t most = 0;
-  for (std::int64_t b = 0; b < lattice.grid().count(); ++b) {
-    const LatticeBrick* brick = lattice.brick(b);
-    if (!brick) continue;
+  lattice.for_each_brick([&](std::int64_t, const LatticeBrick& brick) {
     for (int c = 0; c < 3; ++c) {
-      most = std::max({most, std::abs(brick->lowest[c]), std::abs(brick->highest[c])});
+      most = std::max({most, std::abs(brick.lowest()[c]), std::abs(brick.highest()[c])});
     }
-  }
+  });
   return static_cast<double>(most) / kUnitsPerVoxel;
 }
 

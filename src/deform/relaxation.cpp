@@ -89,10 +89,7 @@ struct Relaxation::State {
         halos(static_cast<std::size_t>(workers.thread_count())),
         published(lattice),
         resting_move_voxels(wanted.tolerance_voxels * kRestingShare) {
-    const BrickGrid& grid = start.grid();
-    for (std::int64_t b = 0; b < grid.count(); ++b) {
-      if (start.brick(b)) take_in_with_neighbours(b);
-    }
+    start.for_each_brick([&](std::int64_t b, const LatticeBrick&) { take_in_with_neighbours(b); });
     refresh_active();
     progress.energy_first = progress.energy_last = energy();
     progress.residual_voxels = active.empty() ? 0.0 : std::numeric_limits<double>::infinity();
@@ -130,8 +127,13 @@ struct Relaxation::State {
       motion->u_mm[c].assign(kBrickVoxels, 0.0f);
       if (from) {
         const double mm_from_units = spacing_mm[c] / kUnitsPerVoxel;
-        for (std::size_t e = 0; e < kBrickVoxels; ++e) {
-          motion->u_mm[c][e] = static_cast<float>(from->u[c][e] * mm_from_units);
+        for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
+          std::int32_t u[kBrickEdge];
+          from->read_row(c, row, u);
+          for (int x = 0; x < kBrickEdge; ++x) {
+            motion->u_mm[c][static_cast<std::size_t>(row * kBrickEdge + x)] =
+                static_cast<float>(u[x] * mm_from_units);
+          }
         }
       }
       motion->next_mm[c] = motion->u_mm[c];
@@ -441,32 +443,36 @@ struct Relaxation::State {
     for (const std::int64_t b : moving) {
       if (motion(b).changed) changed.push_back(b);
     }
-    std::vector<std::shared_ptr<LatticeBrick>> bricks(changed.size());
+    std::vector<Lattice::Change> changes(changed.size());
     pool.for_each(static_cast<std::int64_t>(changed.size()), [&](std::int64_t i, int) {
-      bricks[static_cast<std::size_t>(i)] = rounded(changed[static_cast<std::size_t>(i)]);
+      const std::int64_t b = changed[static_cast<std::size_t>(i)];
+      changes[static_cast<std::size_t>(i)] = {b, rounded(b)};
     });
-    for (std::size_t i = 0; i < changed.size(); ++i) {
-      motion(changed[i]).changed = false;
-      published.set(changed[i], std::move(bricks[i]));
-    }
+    for (const std::int64_t b : changed) motion(b).changed = false;
+    published.set(changes);
     return published;
   }
 
-  std::shared_ptr<LatticeBrick> rounded(std::int64_t b) const {
+  LatticeBrick::Pointer rounded(std::int64_t b) const {
     const BrickMotion& m = *motion_or_none(b);
     const LatticeBrick* from = start.brick(b);
-    auto brick = std::make_shared<LatticeBrick>();
+    const auto brick = std::make_unique<BrickDisplacements>();
     for (int c = 0; c < 3; ++c) {
       const auto units_from_mm = static_cast<float>(kUnitsPerVoxel / spacing_mm[c]);
-      for (std::size_t e = 0; e < kBrickVoxels; ++e) {
-        // What is held keeps its bits: a float cannot hold every fixed-point displacement.
-        brick->u[c][e] = m.gain[e] == 0.0f
-                             ? (from ? from->u[c][e] : 0)
-                             : static_cast<std::int32_t>(std::lrint(m.u_mm[c][e] * units_from_mm));
+      for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
+        std::int32_t held_at[kBrickEdge] = {};
+        if (from) from->read_row(c, row, held_at);
+        for (int x = 0; x < kBrickEdge; ++x) {
+          // What is held keeps its bits: a float cannot hold every fixed-point displacement.
+          const auto e = static_cast<std::size_t>(row * kBrickEdge + x);
+          brick->u[c][e] =
+              m.gain[e] == 0.0f
+                  ? held_at[x]
+                  : static_cast<std::int32_t>(std::lrint(m.u_mm[c][e] * units_from_mm));
+        }
       }
     }
-    brick->update_bounds(grid().box(grid().brick(b)));
-    return brick;
+    return LatticeBrick::create(grid().box(grid().brick(b)), *brick);
   }
 };
 

@@ -2,14 +2,7 @@
 
 #include <cmath>
 
-// The loader's choice between the versions does not get along with the thread sanitizer, which is
-// not up yet when it is made.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
-#define MAILLE_FOR_SEVERAL_WIDTHS \
-  __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
-#define MAILLE_FOR_SEVERAL_WIDTHS
-#endif
+#include "core/several_widths.h"
 
 namespace maille {
 

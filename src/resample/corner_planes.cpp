@@ -49,14 +49,20 @@ CornerRow CornerPlanes::fill_row(Float4* out, int y, int z) const {
                                               : x >= size.x ? x + 1
                                                             : std::min((x | 31) + 1, size.x));
     const LatticeBrick* brick = lattice_.brick(grid.linear(BrickGrid::brick_of(first)));
-    int element = element_in_brick(first);
-    for (; x < end; ++x, ++element) {
+    std::int32_t u[3][kBrickEdge];
+    if (brick) {
+      for (int c = 0; c < 3; ++c) {
+        brick->read_row(c, element_in_brick(first) / kBrickEdge, u[c]);
+      }
+    }
+    int in_row = first.x & 31;
+    for (; x < end; ++x, ++in_row) {
       const float rest_x = rest_coordinate(x, size.x) - static_cast<float>(origin_.x);
       Float4 corner{rest_x, rest_y, rest_z, 0.0f};
       if (brick) {
-        const std::int32_t ux = brick->u[0][element];
-        const std::int32_t uy = brick->u[1][element];
-        const std::int32_t uz = brick->u[2][element];
+        const std::int32_t ux = u[0][in_row];
+        const std::int32_t uy = u[1][in_row];
+        const std::int32_t uz = u[2][in_row];
         if ((ux | uy | uz) != 0) {
           corner +=
               Float4{static_cast<float>(ux), static_cast<float>(uy), static_cast<float>(uz), 0.0f} *

@@ -7,15 +7,14 @@ namespace maille {
 
 DeformedVolume::DeformedVolume(Lattice deformed, glm::dvec3 spacing)
     : lattice(std::move(deformed)), spacing_mm(spacing) {
-  for (std::int64_t b = 0; b < lattice.grid().count(); ++b) {
-    if (!lattice.brick(b)) continue;
+  lattice.for_each_brick([&](std::int64_t b, const LatticeBrick&) {
     const Reach reach = reach_of(lattice, b);
     // The moved box is tight: where it touches the border, an element there has moved.
     const bool at_border = glm::any(glm::lessThan(reach.cells.lo, VoxelIndex(0))) ||
                            glm::any(glm::equal(reach.cells.hi, VoxelIndex(size())));
     entries.push_back({reach, reach.covered(size()), at_border});
     border_moved = border_moved || at_border;
-  }
+  });
 }
 
 // Those of a reach's cells whose bounds allow them to touch a box of points.
@@ -45,9 +44,11 @@ std::int64_t BrickClaims::open(const DeformedVolume& volume, std::int64_t brick)
     for (int y = box.lo.y; y < box.hi.y; ++y) {
       const int row = element_in_brick({box.lo.x, y, z});
       std::int64_t own = linear_index({box.lo.x, y, z}, volume.size());
+      std::int32_t u[3][kBrickEdge] = {};
+      for (int c = 0; here && c < 3; ++c) here->read_row(c, row / kBrickEdge, u[c]);
       for (int x = box.lo.x; x < box.hi.x; ++x, ++i, ++own) {
-        const int e = row + (x - box.lo.x);
-        const bool rests = !here || (here->u[0][e] | here->u[1][e] | here->u[2][e]) == 0;
+        const int in_row = x - box.lo.x;
+        const bool rests = (u[0][in_row] | u[1][in_row] | u[2][in_row]) == 0;
         score[i] = rests ? kOwned : kUncovered;
         element[i] = rests ? own : std::numeric_limits<std::int64_t>::max();
         rest[i] = rests ? glm::vec3(x, y, z) : glm::vec3(std::numeric_limits<float>::quiet_NaN());

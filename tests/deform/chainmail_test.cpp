@@ -5,6 +5,7 @@
 #include <queue>
 
 #include <gtest/gtest.h>
+#include "deform/violations.h"
 
 #include "tests/deform/scenes.h"
 
@@ -288,11 +289,10 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   const Size3 size{40, 1, 1};
   const MaterialField field(constant_volume(size), table({material(0, 1, 0.9, 1.1, 0.1)}));
   // A jump of two voxels where a tenth is allowed, as no drag but only relaxation could leave it.
-  auto brick = std::make_shared<LatticeBrick>();
+  auto brick = std::make_unique<BrickDisplacements>();
   for (int x = 10; x < 32; ++x) brick->u[0][x] = 1024;
-  brick->update_bounds({{0, 0, 0}, {32, 1, 1}});
   Lattice start(size);
-  start.set(0, brick);
+  start.set(0, LatticeBrick::create({{0, 0, 0}, {32, 1, 1}}, *brick));
   MaterialHalos halos(field, start.grid());
   const Violations before = violations_of(start, field);
   EXPECT_GT(before.links, 0);

@@ -22,7 +22,7 @@ Lattice lattice_of(Size3 size, const std::vector<glm::ivec3>& u) {
   Lattice lattice(size);
   const BrickGrid& grid = lattice.grid();
   for (std::int64_t b = 0; b < grid.count(); ++b) {
-    auto brick = std::make_shared<LatticeBrick>();
+    auto brick = std::make_unique<BrickDisplacements>();
     const VoxelBox box = grid.box(grid.brick(b));
     for (int z = box.lo.z; z < box.hi.z; ++z) {
       for (int y = box.lo.y; y < box.hi.y; ++y) {
@@ -34,8 +34,7 @@ Lattice lattice_of(Size3 size, const std::vector<glm::ivec3>& u) {
         }
       }
     }
-    brick->update_bounds(box);
-    lattice.set(b, std::move(brick));
+    lattice.set(b, LatticeBrick::create(box, *brick));
   }
   return lattice;
 }

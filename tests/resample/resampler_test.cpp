@@ -16,7 +16,7 @@ Lattice lattice_from(Size3 size, const Field& u) {
   Lattice lattice(size);
   const BrickGrid& grid = lattice.grid();
   for (std::int64_t b = 0; b < grid.count(); ++b) {
-    auto brick = std::make_shared<LatticeBrick>();
+    auto brick = std::make_unique<BrickDisplacements>();
     const VoxelBox box = grid.box(grid.brick(b));
     for (int z = box.lo.z; z < box.hi.z; ++z) {
       for (int y = box.lo.y; y < box.hi.y; ++y) {
@@ -28,8 +28,7 @@ Lattice lattice_from(Size3 size, const Field& u) {
         }
       }
     }
-    brick->update_bounds(box);
-    lattice.set(b, std::move(brick));
+    lattice.set(b, LatticeBrick::create(box, *brick));
   }
   return lattice;
 }
