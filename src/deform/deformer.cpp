@@ -52,6 +52,7 @@ Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors)
     : materials_(volume, std::move(materials)),
       volume_(std::move(volume)),
       anchors_(anchors),
+      cuts_(volume_.size()),
       lattice_(volume_.size()) {}
 
 void Deformer::set_materials(MaterialTable table) {
@@ -101,15 +102,15 @@ Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, st
     names.push_back(std::move(name));
   }
   handles_ = std::move(others);
-  stroke.pinned = pinned_elements();
+  stroke.pinned = std::make_unique<ElementSet>(pinned_elements());
   stroke.furthest_voxels = furthest_voxels(lattice_);
-  stroke.halos = std::make_unique<MaterialHalos>(materials_, grid);
+  stroke.bricks = std::make_unique<StrokeBricks>(materials_, cuts_, *stroke.pinned, anchors_);
   stroke.handle = {std::move(names), std::move(grabbed)};
   stroke_ = std::move(stroke);
   return {};
 }
 
-Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
+Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
   if (!stroke_) return Error{ErrorKind::usage, "drag: no stroke is on"};
   glm::ivec3 by;
   for (int c = 0; c < 3; ++c) {
@@ -120,9 +121,10 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels) {
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
   const Stopwatch begin;
-  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->halos, stroke_->handle.elements,
-                                 stroke_->pinned, anchors_};
-  ChainMailAnswer answer = solve_chainmail(problem, by);
+  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->bricks,
+                                 stroke_->handle.elements};
+  ChainMailAnswer answer = solve_chainmail(problem, by, pool);
+  swept = answer.bricks_swept;
   lattice_ = std::move(answer.lattice);
   DragReport report;
   report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};

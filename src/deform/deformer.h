@@ -40,10 +40,11 @@ class Deformer {
   // (outside the volume, radius not a number >= 0, a name that another handle has, a stroke already
   // on).
   Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
+  std::int64_t swept = 0;
   bool in_stroke() const { return stroke_.has_value(); }
   // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, or further
   // than 10^6 voxels from rest together with the drags before).
-  Result<DragReport> drag_to(glm::dvec3 by_voxels);
+  Result<DragReport> drag_to(glm::dvec3 by_voxels, WorkerPool& pool);
   void end_stroke();     // the handle stays pinned; one undo step
   void cancel_stroke();  // back to the bit
 
@@ -74,9 +75,9 @@ class Deformer {
   struct Stroke {
     Snapshot before;
     Handle handle;
-    ElementSet pinned;             // by the other handles
+    std::unique_ptr<ElementSet> pinned;  // by the other handles
     double furthest_voxels = 0.0;  // from rest, of any element when the stroke began
-    std::unique_ptr<MaterialHalos> halos;
+    std::unique_ptr<StrokeBricks> bricks;
   };
 
   ElementSet pinned_elements() const;
@@ -84,6 +85,7 @@ class Deformer {
   MaterialField materials_;
   Volume volume_;
   AnchorRules anchors_;
+  Cuts cuts_;
   Lattice lattice_;
   std::vector<Handle> handles_;
   std::optional<Stroke> stroke_;

@@ -40,11 +40,11 @@ LinkLimits limits_between(const Material& i, const Material& j) {
   for (int axis = 0; axis < 3; ++axis) {
     for (int component = 0; component < 3; ++component) {
       const bool along = axis == component;
-      const double shear = 0.5 * (i.shear[component] + j.shear[component]);
-      const double least = 0.5 * (i.compress[axis] + j.compress[axis]) - 1.0;
-      const double most = 0.5 * (i.stretch[axis] + j.stretch[axis]) - 1.0;
-      limits.lower[axis][component] = inside(along ? least : -shear);
-      limits.upper[axis][component] = inside(along ? most : shear);
+      const int shear = (inside(i.shear[component]) + inside(j.shear[component])) / 2;
+      const int least = (inside(1 - i.compress[axis]) + inside(1 - j.compress[axis])) / 2;
+      const int most = (inside(i.stretch[axis] - 1) + inside(j.stretch[axis] - 1)) / 2;
+      limits.lower[axis][component] = along ? -least : -shear;
+      limits.upper[axis][component] = along ? most : shear;
     }
   }
   return limits;
