@@ -1,5 +1,8 @@
 #include "deform/brick_closure.h"
 
+#include <type_traits>
+#include <vector>
+
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define MAILLE_X86_TARGETS 1
 #include <immintrin.h>
@@ -18,14 +21,14 @@ namespace portable {
 
 #if MAILLE_X86_TARGETS
 #pragma GCC push_options
-#pragma GCC target("avx2,bmi,bmi2,lzcnt")
+#pragma GCC target("avx2,bmi,bmi2,lzcnt,popcnt")
 namespace avx2 {
 #include "deform/brick_closure.inl"
 }  // namespace avx2
 #pragma GCC pop_options
 
 #pragma GCC push_options
-#pragma GCC target("avx512f,avx512bw,avx512vl,avx512dq,avx2,bmi,bmi2,lzcnt")
+#pragma GCC target("avx512f,avx512bw,avx512vl,avx512dq,avx2,bmi,bmi2,lzcnt,popcnt")
 namespace avx512 {
 #include "deform/brick_closure.inl"
 
@@ -43,6 +46,8 @@ struct RegisterRows {
   static Row subtract(Row a, Row b) { return _mm512_maskz_subs_epu16(kAll16, a, b); }
   static Row add(Row a, Row b) { return _mm512_maskz_adds_epu16(kAll16, a, b); }
   static Row greater(Row a, Row b) { return _mm512_maskz_max_epu16(kAll16, a, b); }
+  static Row lesser(Row a, Row b) { return _mm512_maskz_min_epu16(kAll16, a, b); }
+  static std::uint32_t nonzero(Row a) { return _mm512_test_epi16_mask(a, a); }
   static bool any_greater(Row a, Row b) { return _mm512_cmpgt_epu16_mask(a, b) != 0; }
   template <int k>
   static Row shift_up(Row a) {
@@ -87,52 +92,60 @@ bool has_avx512() {
 }
 #endif
 
-using Close16 = void (*)(std::uint16_t*, Size3, BrickSlack<std::uint16_t>&, DirtyRows&, DirtyRows&);
-using Close32 = void (*)(std::uint32_t*, Size3, BrickSlack<std::uint32_t>&, DirtyRows&, DirtyRows&);
+// The two jobs, as one version of the code does them.
+template <class L>
+struct Version {
+  void (*close)(L*, Size3, BrickSlack<L>&, DirtyRows&, DirtyRows&);
+  MovedLabels<L> (*lower)(L*, Size3, const DirtyRows&, L, std::uint32_t*);
+};
 
-std::vector<Close16> versions(std::uint16_t) {
-  std::vector<Close16> all{portable::close_with<portable::ArrayRows<std::uint16_t>, std::uint16_t>};
+template <class L>
+std::vector<Version<L>> versions() {
+  using Plain = portable::ArrayRows<L>;
+  std::vector<Version<L>> all{{portable::close_with<Plain, L>, portable::lower_with<Plain, L>}};
 #if MAILLE_X86_TARGETS
-  if (has_avx2()) all.push_back(avx2::close_with<avx2::ArrayRows<std::uint16_t>, std::uint16_t>);
-  if (has_avx512()) all.push_back(avx512::close_with<avx512::RegisterRows, std::uint16_t>);
-#endif
-  return all;
-}
-
-std::vector<Close32> versions(std::uint32_t) {
-  std::vector<Close32> all{portable::close_with<portable::ArrayRows<std::uint32_t>, std::uint32_t>};
-#if MAILLE_X86_TARGETS
-  if (has_avx2()) all.push_back(avx2::close_with<avx2::ArrayRows<std::uint32_t>, std::uint32_t>);
+  if (has_avx2()) {
+    using Wide = avx2::ArrayRows<L>;
+    all.push_back({avx2::close_with<Wide, L>, avx2::lower_with<Wide, L>});
+  }
   if (has_avx512()) {
-    all.push_back(avx512::close_with<avx512::ArrayRows<std::uint32_t>, std::uint32_t>);
+    using Widest = std::conditional_t<sizeof(L) == sizeof(std::uint16_t), avx512::RegisterRows,
+                                      avx512::ArrayRows<L>>;
+    all.push_back({avx512::close_with<Widest, L>, avx512::lower_with<Widest, L>});
   }
 #endif
   return all;
 }
 
-// The one for the widest vectors that the machine has.
 template <class L>
-auto widest() {
-  static const auto chosen = versions(L{}).back();
-  return chosen;
+const Version<L>& version_of(int number) {
+  static const std::vector<Version<L>> all = versions<L>();
+  return number < 0 ? all.back() : all[static_cast<std::size_t>(number)];
 }
 
 }  // namespace
 
-void close_brick(std::uint16_t* labels, Size3 extent, BrickSlack<std::uint16_t>& slack,
-                 DirtyRows& dirty, DirtyRows& reached, int version) {
-  (version < 0 ? widest<std::uint16_t>()
-               : versions(std::uint16_t{})[static_cast<std::size_t>(version)])(labels, extent,
-                                                                               slack, dirty, reached);
+template <class L>
+void close_brick(L* labels, Size3 extent, BrickSlack<L>& slack, DirtyRows& dirty,
+                 DirtyRows& reached, int version) {
+  version_of<L>(version).close(labels, extent, slack, dirty, reached);
 }
 
-void close_brick(std::uint32_t* labels, Size3 extent, BrickSlack<std::uint32_t>& slack,
-                 DirtyRows& dirty, DirtyRows& reached, int version) {
-  (version < 0 ? widest<std::uint32_t>()
-               : versions(std::uint32_t{})[static_cast<std::size_t>(version)])(labels, extent,
-                                                                               slack, dirty, reached);
+template <class L>
+MovedLabels<L> lower_labels(L* labels, Size3 extent, const DirtyRows& reached, L overshoot,
+                            std::uint32_t* moved_rows, int version) {
+  return version_of<L>(version).lower(labels, extent, reached, overshoot, moved_rows);
 }
 
-int close_brick_versions() { return static_cast<int>(versions(std::uint16_t{}).size()); }
+int closure_versions() { return static_cast<int>(versions<std::uint16_t>().size()); }
+
+template void close_brick(std::uint16_t*, Size3, BrickSlack<std::uint16_t>&, DirtyRows&,
+                          DirtyRows&, int);
+template void close_brick(std::uint32_t*, Size3, BrickSlack<std::uint32_t>&, DirtyRows&,
+                          DirtyRows&, int);
+template MovedLabels<std::uint16_t> lower_labels(std::uint16_t*, Size3, const DirtyRows&,
+                                                 std::uint16_t, std::uint32_t*, int);
+template MovedLabels<std::uint32_t> lower_labels(std::uint32_t*, Size3, const DirtyRows&,
+                                                 std::uint32_t, std::uint32_t*, int);
 
 }  // namespace maille

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 #include "deform/brick_slack.h"
 
@@ -26,10 +25,26 @@ struct DirtyRows {
 // closed; none afterwards. reached: every row that has ever risen, kept up to date. slack: of the
 // brick; its rows are prepared as they are reached. version: which of the machine's versions of the
 // code, 0 the plainest; -1 takes the best. Tests prove them equal.
-void close_brick(std::uint16_t* labels, Size3 extent, BrickSlack<std::uint16_t>& slack,
-                 DirtyRows& dirty, DirtyRows& reached, int version = -1);
-void close_brick(std::uint32_t* labels, Size3 extent, BrickSlack<std::uint32_t>& slack,
-                 DirtyRows& dirty, DirtyRows& reached, int version = -1);
-int close_brick_versions();  // from 0 on
+template <class L>
+void close_brick(L* labels, Size3 extent, BrickSlack<L>& slack, DirtyRows& dirty,
+                 DirtyRows& reached, int version = -1);
+
+// What lower_labels() leaves above 0.
+template <class L>
+struct MovedLabels {
+  bool any = false;
+  L lowest = 0;  // over the elements in the volume
+  L highest = 0;
+  VoxelBox box{VoxelIndex(kBrickEdge), VoxelIndex(0)};  // of labels above 0, in the brick
+  std::int64_t newly_moved = 0;  // labels above 0 where moved_rows had no bit yet
+};
+
+// Takes `overshoot` off every label, down to 0 at least. moved_rows: 32^2 words, a bit an element,
+// set for each label that is above 0 then; or null.
+template <class L>
+MovedLabels<L> lower_labels(L* labels, Size3 extent, const DirtyRows& reached, L overshoot,
+                            std::uint32_t* moved_rows, int version = -1);
+
+int closure_versions();  // how many there are
 
 }  // namespace maille

@@ -44,6 +44,18 @@ struct ArrayRows {
     }
     return row;
   }
+  static Row lesser(const Row& a, const Row& b) {
+    Row row;
+    for (int x = 0; x < kBrickEdge; ++x) {
+      row.lane[x] = a.lane[x] < b.lane[x] ? a.lane[x] : b.lane[x];
+    }
+    return row;
+  }
+  static std::uint32_t nonzero(const Row& a) {
+    std::uint32_t bits = 0;
+    for (std::uint32_t x = 0; x < kBrickEdge; ++x) bits |= std::uint32_t{a.lane[x] != 0} << x;
+    return bits;
+  }
   static bool any_greater(const Row& a, const Row& b) {
     L any = 0;
     for (int x = 0; x < kBrickEdge; ++x) {
@@ -268,4 +280,60 @@ inline void close_with(L* labels, Size3 extent, BrickSlack<L>& slack, DirtyRows&
     VaryingLinks<Rows, L> links(slack);
     Closure<Rows, L, VaryingLinks<Rows, L>>(labels, extent, links, dirty, reached).run();
   }
+}
+
+template <class Rows, class L>
+inline MovedLabels<L> lower_with(L* labels, Size3 extent, const DirtyRows& reached, L overshoot,
+                                 std::uint32_t* moved_rows) {
+  using Row = typename Rows::Row;
+  const Row by = Rows::splat(overshoot);
+  Row lowest = Rows::splat(static_cast<L>(~L{0}));
+  Row highest = Rows::splat(0);
+  MovedLabels<L> found;
+  std::uint32_t lanes = 0;
+  int rows_seen = 0;
+  for (int z = 0; z < extent.z; ++z) {
+    std::uint32_t moved_y = 0;
+    for (std::uint32_t rows = reached.rows[static_cast<std::size_t>(z)]; rows != 0;
+         rows &= rows - 1) {
+      const int y = __builtin_ctz(rows);
+      const int row = z * kBrickEdge + y;
+      L* const here = labels + row * kBrickEdge;
+      Row d = Rows::load(here);
+      if (overshoot != 0) {
+        d = Rows::subtract(d, by);
+        Rows::store(here, d);
+      }
+      lowest = Rows::lesser(lowest, d);
+      highest = Rows::greater(highest, d);
+      ++rows_seen;
+      const std::uint32_t moved = Rows::nonzero(d);
+      if (moved == 0) continue;
+      lanes |= moved;
+      moved_y |= std::uint32_t{1} << y;
+      std::uint32_t fresh = moved;
+      if (moved_rows) {
+        fresh &= ~moved_rows[row];
+        moved_rows[row] |= moved;
+      }
+      found.newly_moved += __builtin_popcount(fresh);
+    }
+    if (moved_y == 0) continue;
+    found.box.lo = glm::min(found.box.lo, VoxelIndex(0, __builtin_ctz(moved_y), z));
+    found.box.hi = glm::max(found.box.hi, VoxelIndex(0, 32 - __builtin_clz(moved_y), z + 1));
+  }
+  if (lanes == 0) return found;
+  found.any = true;
+  found.box.lo.x = __builtin_ctz(lanes);
+  found.box.hi.x = 32 - __builtin_clz(lanes);
+  alignas(64) L low[kBrickEdge];
+  alignas(64) L high[kBrickEdge];
+  Rows::store(low, lowest);
+  Rows::store(high, highest);
+  found.lowest = rows_seen < extent.y * extent.z ? L{0} : low[0];
+  for (int x = 0; x < extent.x; ++x) {
+    if (low[x] < found.lowest) found.lowest = low[x];
+    if (high[x] > found.highest) found.highest = high[x];
+  }
+  return found;
 }

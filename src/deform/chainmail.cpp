@@ -2,34 +2,37 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdlib>
 #include <limits>
 #include <memory>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "core/trace.h"
 #include "deform/component_closure.h"
-#include "deform/label_lines.h"
 
 namespace maille {
 namespace {
 
 // With fewer bricks, waking the other workers takes longer than the work.
-constexpr std::size_t kWorthSharing = 8;
+constexpr std::size_t kWorthSharing = 32;
 
 // What a drag has made of a brick so far.
 struct TouchedBrick {
-  std::int64_t linear = 0;
   std::array<bool, 3> changed{};
   LatticeBrick::Planes planes;  // of the components that changed
-  StrokeBrick::Rows moved{};    // a bit for each element with a label above 0
+  // A bit for each element with a label above 0, where several components may move it.
+  std::unique_ptr<StrokeBrick::Rows> moved;
+  std::int64_t elements_moved = 0;
 };
 
 class DragSolver {
  public:
-  DragSolver(const ChainMailProblem& problem, WorkerPool& pool) : problem_(problem), pool_(pool) {}
+  DragSolver(const ChainMailProblem& problem, glm::ivec3 by, WorkerPool& pool)
+      : problem_(problem),
+        pool_(pool),
+        several_components_((by.x != 0) + (by.y != 0) + (by.z != 0) > 1) {}
 
   void solve(int component, std::int32_t by) {
     if (fits_16_bits(by)) {
@@ -55,7 +58,7 @@ class DragSolver {
         }
       }
       changes.emplace_back(linear, LatticeBrick::create(std::move(planes)));
-      for (const std::uint32_t row : touched->moved) answer_.elements_moved += std::popcount(row);
+      answer_.elements_moved += touched->elements_moved;
     }
     answer_.lattice.set(changes);
     return std::move(answer_);
@@ -95,7 +98,10 @@ class DragSolver {
     for (auto& [linear, node] : closure.nodes()) {
       if (!node.labels || !node.brick) continue;
       auto& touched = touched_[linear];
-      if (!touched) touched = std::make_unique<TouchedBrick>();
+      if (!touched) {
+        touched = std::make_unique<TouchedBrick>();
+        if (several_components_) touched->moved = std::make_unique<StrokeBrick::Rows>();
+      }
       work.emplace_back(&node, touched.get());
     }
     const auto finish = [&](std::int64_t i, int) {
@@ -113,42 +119,30 @@ class DragSolver {
   template <class L>
   void take_labels(typename ComponentClosure<L>::Node& node, TouchedBrick& touched, int component,
                    int sign, L overshoot) const {
+    const VoxelBox& box = node.brick->box;
+    const MovedLabels<L> moved =
+        lower_labels(node.labels.get(), box.size(), node.reached, overshoot,
+                     touched.moved ? touched.moved->data() : nullptr);
+    if (!moved.any) return;
+    touched.elements_moved += moved.newly_moved;
     const auto c = static_cast<std::size_t>(component);
-    std::uint32_t any = 0;
-    for (int z = 0; z < kBrickEdge; ++z) {
-      for (std::uint32_t rows = node.reached.rows[static_cast<std::size_t>(z)]; rows != 0;
-           rows &= rows - 1) {
-        const auto row = static_cast<std::size_t>(z * kBrickEdge + std::countr_zero(rows));
-        const std::uint32_t moved = lower_line(&node.labels[row * kBrickEdge], overshoot);
-        touched.moved[row] |= moved;
-        any |= moved;
-      }
-    }
-    if (any == 0) return;
     touched.changed[c] = true;
     const LatticeBrick* before = problem_.start.brick(node.linear);
     const DisplacementPlane* plane = before ? before->plane(component).get() : nullptr;
-    touched.planes[c] = moved_plane(std::move(node.labels), plane, sign, node.brick->box);
-  }
-
-  static DisplacementPlane::Pointer moved_plane(AlignedArray<std::uint16_t> labels,
-                                                const DisplacementPlane* plane, int sign,
-                                                const VoxelBox& box) {
-    if (plane && !plane->constant()) return moved_plane_of(labels.get(), plane, sign, box);
-    const std::int32_t before = plane ? plane->at(0) : 0;
-    // The labels are the offsets, upwards from where it was or downwards.
-    if (sign > 0) return DisplacementPlane::adopt(box, before, std::move(labels));
-    const std::uint16_t most = *std::max_element(labels.get(), labels.get() + kBrickVoxels);
-    for (std::size_t e = 0; e < kBrickVoxels; ++e) {
-      labels[e] = static_cast<std::uint16_t>(most - labels[e]);
+    if constexpr (sizeof(L) == sizeof(std::uint16_t)) {
+      if (!plane) {
+        // From rest the labels are the offsets.
+        DisplacementPlane::Known known{0, sign, moved.lowest, moved.highest,
+                                       {box.lo + moved.box.lo, box.lo + moved.box.hi}};
+        if (sign < 0) {
+          known.lowest = -std::int32_t{moved.highest};
+          known.highest = -std::int32_t{moved.lowest};
+        }
+        touched.planes[c] = DisplacementPlane::adopt(known, std::move(node.labels));
+        return;
+      }
     }
-    return DisplacementPlane::adopt(box, before - most, std::move(labels));
-  }
-
-  static DisplacementPlane::Pointer moved_plane(AlignedArray<std::uint32_t> labels,
-                                                const DisplacementPlane* plane, int sign,
-                                                const VoxelBox& box) {
-    return moved_plane_of(labels.get(), plane, sign, box);
+    touched.planes[c] = moved_plane_of(node.labels.get(), plane, sign, box);
   }
 
   template <class L>
@@ -170,6 +164,7 @@ class DragSolver {
 
   const ChainMailProblem& problem_;
   WorkerPool& pool_;
+  bool several_components_;
   ChainMailAnswer answer_;
   std::unordered_map<std::int64_t, std::unique_ptr<TouchedBrick>> touched_;
 };
@@ -178,7 +173,7 @@ class DragSolver {
 
 ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by, WorkerPool& pool) {
   const trace::Span span("chainmail");
-  DragSolver solver(problem, pool);
+  DragSolver solver(problem, by, pool);
   for (int c = 0; c < 3; ++c) {
     if (by[c] != 0) solver.solve(c, by[c]);
   }

@@ -1,15 +1,16 @@
 #include "deform/component_closure.h"
 
 #include <algorithm>
-#include <cstdlib>
+#include <limits>
 
+#include "core/stopwatch.h"
 #include "deform/label_lines.h"
 
 namespace maille {
 namespace {
 
-// With fewer bricks waiting, waking another worker takes longer than the work.
-constexpr std::size_t kWorthSharing = 3;
+// A drag that is done sooner is done before another worker would be awake.
+constexpr double kAlone_seconds = 2e-4;
 
 // One line of a side of a brick, as BrickSlack::cross() numbers them: in line i the element at lane
 // j is first + j * stride.
@@ -76,27 +77,23 @@ void ComponentClosure<L>::solve(const ElementSet& handle, L drag, WorkerPool& po
     }
     wait_for(node, drag);
   }
-  BrickSlack<L> slack;
+  const double endless = std::numeric_limits<double>::infinity();
   if (pool.thread_count() == 1) {
-    work(slack, std::numeric_limits<std::size_t>::max());
+    work(endless);
     return;
   }
-  // Alone until there is enough to share: a small drag must not cost what waking workers does.
-  while (!waiting_.empty()) {
-    work(slack, kWorthSharing);
-    if (waiting_.empty()) break;
-    pool.for_each(pool.thread_count(), [&](std::int64_t, int) {
-      BrickSlack<L> own_slack;
-      work(own_slack, std::numeric_limits<std::size_t>::max());
-    });
-  }
+  work(kAlone_seconds);
+  if (waiting_.empty()) return;
+  pool.for_each(pool.thread_count(), [&](std::int64_t, int) { work(endless); });
 }
 
-// Takes bricks until none waits, or until stop_at do.
+// Takes bricks until none waits, or for some time.
 template <class L>
-void ComponentClosure<L>::work(BrickSlack<L>& slack, std::size_t stop_at) {
+void ComponentClosure<L>::work(double seconds) {
+  const Stopwatch since;
+  BrickSlack<L> slack;
   std::unique_lock lock(mutex_);
-  while (!failed_ && waiting_.size() < stop_at) {
+  while (!failed_ && since.seconds() < seconds) {
     const Task task = take_highest();
     if (!task.node) {
       if (running_.empty()) break;

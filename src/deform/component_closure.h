@@ -54,7 +54,7 @@ class ComponentClosure {
   };
   using Wishes = std::array<L, 6>;  // what a brick would raise its neighbours to, at most
 
-  void work(BrickSlack<L>& slack, std::size_t stop_at);
+  void work(double seconds);
   Task take_highest();           // under the mutex
   void wait_for(Node& node, L priority);
   bool beside_a_running_one(BrickIndex brick) const;

@@ -124,7 +124,6 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
   const ChainMailProblem problem{stroke_->before.lattice, *stroke_->bricks,
                                  stroke_->handle.elements};
   ChainMailAnswer answer = solve_chainmail(problem, by, pool);
-  swept = answer.bricks_swept;
   lattice_ = std::move(answer.lattice);
   DragReport report;
   report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};

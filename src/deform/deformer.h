@@ -40,7 +40,6 @@ class Deformer {
   // (outside the volume, radius not a number >= 0, a name that another handle has, a stroke already
   // on).
   Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
-  std::int64_t swept = 0;
   bool in_stroke() const { return stroke_.has_value(); }
   // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, or further
   // than 10^6 voxels from rest together with the drags before).

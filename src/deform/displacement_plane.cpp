@@ -59,11 +59,6 @@ template <class T>
   return found;
 }
 
-MAILLE_FOR_SEVERAL_WIDTHS Extremes<std::uint16_t> extremes(const std::uint16_t* values,
-                                                           Size3 extent, std::uint16_t rest) {
-  return extremes_of(values, extent, rest);
-}
-
 MAILLE_FOR_SEVERAL_WIDTHS Extremes<std::int32_t> extremes(const std::int32_t* values, Size3 extent,
                                                           std::int32_t rest) {
   return extremes_of(values, extent, rest);
@@ -97,20 +92,16 @@ DisplacementPlane::Pointer DisplacementPlane::encode(const VoxelBox& box, const 
   return plane;
 }
 
-DisplacementPlane::Pointer DisplacementPlane::adopt(const VoxelBox& box, std::int32_t base,
+DisplacementPlane::Pointer DisplacementPlane::adopt(const Known& known,
                                                     AlignedArray<std::uint16_t> offsets) {
-  // No offset reads as rest where 0 is out of reach of the base.
-  const bool reaches_rest = base <= 0 && base >= -std::int32_t{0xffff};
-  const auto rest = static_cast<std::uint16_t>(reaches_rest ? -base : 0);
-  const auto found = extremes(offsets.get(), box.size(), rest);
-  if (reaches_rest && found.last.x < 0) return nullptr;
   auto plane = std::make_shared<DisplacementPlane>();
-  plane->base_ = base;
-  plane->lowest_ = base + found.lowest;
-  plane->highest_ = base + found.highest;
-  plane->moved_ = reaches_rest ? box_of(box, found) : box;
-  if (found.lowest == found.highest) {
-    plane->base_ = plane->lowest_;
+  plane->base_ = known.base;
+  plane->step_ = known.step;
+  plane->lowest_ = known.lowest;
+  plane->highest_ = known.highest;
+  plane->moved_ = known.moved;
+  if (known.lowest == known.highest) {
+    plane->base_ = known.lowest;
   } else {
     plane->offsets_ = std::move(offsets);
   }
@@ -121,7 +112,7 @@ void DisplacementPlane::read_row(int row, std::int32_t* u) const {
   const auto first = static_cast<std::size_t>(row) * kBrickEdge;
   if (offsets_) {
     const std::uint16_t* offset = &offsets_[first];
-    for (int x = 0; x < kBrickEdge; ++x) u[x] = base_ + offset[x];
+    for (int x = 0; x < kBrickEdge; ++x) u[x] = base_ + step_ * offset[x];
   } else if (wide_) {
     std::copy_n(&wide_[first], kBrickEdge, u);
   } else {

@@ -49,16 +49,6 @@ template <class L>
   return most;
 }
 
-template <class L>
-[[gnu::always_inline]] inline std::uint32_t lower(L* labels, L overshoot) {
-  std::uint32_t above = 0;
-  for (int x = 0; x < kBrickEdge; ++x) {
-    labels[x] = pushed(labels[x], overshoot);
-    above |= std::uint32_t{labels[x] != 0} << x;
-  }
-  return above;
-}
-
 }  // namespace
 
 // The loader chooses among plain functions only.
@@ -75,9 +65,6 @@ template <class L>
   }                                                                                 \
   MAILLE_FOR_SEVERAL_WIDTHS L highest_of(const L* labels, std::uint32_t which) {    \
     return highest_where(labels, which);                                            \
-  }                                                                                 \
-  MAILLE_FOR_SEVERAL_WIDTHS std::uint32_t lower_line(L* labels, L overshoot) {      \
-    return lower(labels, overshoot);                                                \
   }
 MAILLE_LINES_OF(std::uint16_t)
 MAILLE_LINES_OF(std::uint32_t)

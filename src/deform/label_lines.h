@@ -1,5 +1,4 @@
-// Lines of 32 labels, a label an element: what passes between bricks and what becomes of labels at
-// the end.
+// Lines of 32 labels, a label an element: what passes between bricks.
 #pragma once
 
 #include <cstdint>
@@ -24,9 +23,5 @@ bool any_greater(const std::uint32_t* a, const std::uint32_t* b);
 // The highest of those whose bit is set.
 std::uint16_t highest_of(const std::uint16_t* labels, std::uint32_t which);
 std::uint32_t highest_of(const std::uint32_t* labels, std::uint32_t which);
-
-// Lowers labels by `overshoot`, to 0 at least. Returns a bit for each that is above 0 then.
-std::uint32_t lower_line(std::uint16_t* labels, std::uint16_t overshoot);
-std::uint32_t lower_line(std::uint32_t* labels, std::uint32_t overshoot);
 
 }  // namespace maille
