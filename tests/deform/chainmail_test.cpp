@@ -153,14 +153,16 @@ class Reference {
             const VoxelIndex low = side > 0 ? i : j;
             const VoxelIndex high = side > 0 ? j : i;
             const std::int64_t stretch = start[index(high)][c] - start[index(low)][c];
-            const auto mean = [&](const glm::dvec3 Material::*limit, int of_component) {
-              return 0.5 * ((of(low).*limit)[of_component] + (of(high).*limit)[of_component]);
+            const auto mean = [&](const glm::dvec3 Material::*limit, double at_rest) {
+              const auto units = [&](VoxelIndex v) {
+                const double room = std::abs((of(v).*limit)[c] - at_rest);
+                return static_cast<std::int64_t>(std::floor(room * 512 + 1e-9));
+              };
+              return (units(low) + units(high)) / 2;
             };
-            const double shear = mean(&Material::shear, c);
-            const double least = axis == c ? mean(&Material::compress, axis) - 1.0 : -shear;
-            const double most = axis == c ? mean(&Material::stretch, axis) - 1.0 : shear;
-            const auto bound_low = static_cast<std::int64_t>(std::ceil(least * 512 - 1e-9));
-            const auto bound_high = static_cast<std::int64_t>(std::floor(most * 512 + 1e-9));
+            const std::int64_t shear = mean(&Material::shear, 0.0);
+            const auto bound_low = axis == c ? -mean(&Material::compress, 1.0) : -shear;
+            const auto bound_high = axis == c ? mean(&Material::stretch, 1.0) : shear;
             // i moves towards j, and may until the link is as short as it gets; or away from it,
             // until it is as long.
             const bool towards = (side > 0) == (sign > 0);
