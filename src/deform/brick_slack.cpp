@@ -93,15 +93,12 @@ std::int32_t constant_of(const DisplacementPlane* plane) { return plane ? plane-
 template <class L>
 DirectedLimits<L>::DirectedLimits(const MaterialTable& table, int drag_component, bool downwards)
     : component(drag_component), sign(downwards ? -1 : 1) {
-  const int other_axis = (component + 1) % 3;
   for (int i = 0; i < table.count(); ++i) {
-    const auto id = static_cast<MaterialId>(i);
     const auto m = static_cast<std::size_t>(i);
-    const LinkLimits own = table.link(id, id);
-    const auto along = static_cast<std::size_t>(component);
-    shorten[m] = static_cast<L>(-own.lower[along][component]);
-    lengthen[m] = static_cast<L>(own.upper[along][component]);
-    slip[m] = static_cast<L>(own.upper[static_cast<std::size_t>(other_axis)][component]);
+    const ElementLimits& own = table.limits(static_cast<MaterialId>(i));
+    shorten[m] = static_cast<L>(own.compress[component]);
+    lengthen[m] = static_cast<L>(own.stretch[component]);
+    slip[m] = static_cast<L>(own.shear[component]);
     if (downwards) std::swap(shorten[m], lengthen[m]);
   }
 }

@@ -70,11 +70,9 @@ class DragSolver {
     if (std::abs(by) > kMost) return false;
     const MaterialTable& table = problem_.bricks.table();
     for (int i = 0; i < table.count(); ++i) {
-      const LinkLimits own = table.link(static_cast<MaterialId>(i), static_cast<MaterialId>(i));
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (glm::any(glm::greaterThan(own.upper[axis], glm::ivec3(kMost)))) return false;
-        if (glm::any(glm::lessThan(own.lower[axis], glm::ivec3(-kMost)))) return false;
-      }
+      const ElementLimits& own = table.limits(static_cast<MaterialId>(i));
+      const glm::ivec3 widest = glm::max(glm::max(own.compress, own.stretch), own.shear);
+      if (glm::any(glm::greaterThan(widest, glm::ivec3(kMost)))) return false;
     }
     return true;
   }

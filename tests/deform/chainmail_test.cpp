@@ -147,18 +147,16 @@ class Reference {
             const VoxelIndex low = side > 0 ? i : j;
             const VoxelIndex high = side > 0 ? j : i;
             const std::int64_t stretch = start[index(high)][c] - start[index(low)][c];
-            // Each end's limit in whole units, towards the inside, and of the two the mean.
-            const auto mean = [&](const auto& limit_voxels) {
+            const auto mean = [&](const glm::dvec3 Material::*limit, double at_rest) {
               const auto units = [&](VoxelIndex v) {
-                return static_cast<std::int64_t>(std::floor(limit_voxels(of(v)) * 512 + 1e-9));
+                const double room = std::abs((of(v).*limit)[c] - at_rest);
+                return static_cast<std::int64_t>(std::floor(room * 512 + 1e-9));
               };
               return (units(low) + units(high)) / 2;
             };
-            const auto shear = [&](const Material& m) { return m.shear[c]; };
-            const auto least = [&](const Material& m) { return 1.0 - m.compress[axis]; };
-            const auto most = [&](const Material& m) { return m.stretch[axis] - 1.0; };
-            const std::int64_t bound_low = axis == c ? -mean(least) : -mean(shear);
-            const std::int64_t bound_high = axis == c ? mean(most) : mean(shear);
+            const std::int64_t shear = mean(&Material::shear, 0.0);
+            const auto bound_low = axis == c ? -mean(&Material::compress, 1.0) : -shear;
+            const auto bound_high = axis == c ? mean(&Material::stretch, 1.0) : shear;
             // i moves towards j, and may until the link is as short as it gets; or away from it,
             // until it is as long.
             const bool towards = (side > 0) == (sign > 0);
