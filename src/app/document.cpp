@@ -168,7 +168,7 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   auto& s = *statistics_.chainmail;
   for (int i = 1; i <= action.steps; ++i) {
     const double share = i == action.steps ? 1.0 : static_cast<double>(i) / action.steps;
-    const auto report = deformer_->drag_to(by * share);
+    const auto report = deformer_->drag_to(by * share, pool_);
     if (!report) {
       deformer_->cancel_stroke();
       return report.error();

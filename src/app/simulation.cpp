@@ -123,9 +123,9 @@ void Simulation::set_materials(MaterialTable table) {
       return Error{ErrorKind::usage, "materials cannot change during a drag"};
     }
     stop_relaxing();
-    document_.deformer().set_materials(table);
+    auto set = document_.deformer().set_materials(table);
     start_relaxing();
-    return {};
+    return set;
   });
 }
 
@@ -204,7 +204,7 @@ Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
   if (!document_.deformer().in_stroke()) return {};
   relaxation_.reset();
   dragged_ = true;
-  const auto report = document_.deformer().drag_to(by_voxels);
+  const auto report = document_.deformer().drag_to(by_voxels, document_.pool());
   if (!report) return report.error();
   update_status([&](SimulationStatus& s) {
     s.elements_moved = report->elements_moved;

@@ -15,6 +15,7 @@ namespace {
 using testing::constant_volume;
 using testing::equal;
 using testing::material;
+using testing::one_worker;
 using testing::random_volume;
 using testing::table;
 
@@ -273,14 +274,14 @@ TEST(ChainMail, StopsExactlyAtAnAnchor) {
   Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.25)}),
                     {face_low_x, false});
   ASSERT_TRUE(deformer.begin_stroke({20, 1, 1}, 0).ok());
-  const auto report = deformer.drag_to({30, 0, 0});
+  const auto report = deformer.drag_to({30, 0, 0}, one_worker());
   ASSERT_TRUE(report.ok());
   // 20 links stretched by half a voxel each, and not a unit more.
   EXPECT_TRUE(report->clamped);
   EXPECT_EQ(report->moved_by_voxels, glm::dvec3(10, 0, 0));
   EXPECT_EQ(deformer.lattice().u({0, 1, 1}), glm::ivec3(0));
   EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials()).links, 0);
-  const auto within = deformer.drag_to({10, 0, 0});
+  const auto within = deformer.drag_to({10, 0, 0}, one_worker());
   ASSERT_TRUE(within.ok());
   EXPECT_FALSE(within->clamped);
 }
@@ -310,13 +311,14 @@ TEST(Deformer, AStrokeIsAFunctionOfItsTotalDrag) {
                            material(2, 3, 1, 1, 0)}),
                     {});
   ASSERT_TRUE(deformer.begin_stroke({30, 30, 30}, 3, "a").ok());
-  ASSERT_TRUE(deformer.drag_to({8, -3, 2}).ok());
+  ASSERT_TRUE(deformer.drag_to({8, -3, 2}, one_worker()).ok());
   const Lattice once = deformer.lattice();
-  for (const double x : {2.0, 20.0, -4.0, 8.0}) ASSERT_TRUE(deformer.drag_to({x, -3, 2}).ok());
+  for (const double x : {2.0, 20.0, -4.0, 8.0})
+    ASSERT_TRUE(deformer.drag_to({x, -3, 2}, one_worker()).ok());
   EXPECT_TRUE(equal(deformer.lattice(), once));
-  ASSERT_TRUE(deformer.drag_to({0, 0, 0}).ok());
+  ASSERT_TRUE(deformer.drag_to({0, 0, 0}, one_worker()).ok());
   EXPECT_TRUE(deformer.lattice().at_rest());
-  ASSERT_TRUE(deformer.drag_to({5, 0, 0}).ok());
+  ASSERT_TRUE(deformer.drag_to({5, 0, 0}, one_worker()).ok());
   deformer.cancel_stroke();
   EXPECT_TRUE(deformer.lattice().at_rest());
   EXPECT_TRUE(deformer.handle_names().empty());
@@ -328,7 +330,7 @@ TEST(Deformer, UndoAndRedoRestoreEveryBit) {
   std::vector<Lattice> states{deformer.lattice()};
   for (int n = 0; n < 3; ++n) {
     ASSERT_TRUE(deformer.begin_stroke({10 + 12 * n, 25, 25}, 1).ok());
-    ASSERT_TRUE(deformer.drag_to({0, 4.5 + n, 1}).ok());
+    ASSERT_TRUE(deformer.drag_to({0, 4.5 + n, 1}, one_worker()).ok());
     deformer.end_stroke();
     states.push_back(deformer.lattice());
   }
@@ -349,28 +351,28 @@ TEST(Deformer, UndoAndRedoRestoreEveryBit) {
 TEST(Deformer, RefusesWhatCannotBeDone) {
   Deformer deformer(constant_volume({10, 10, 10}), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(deformer.drag_to({1, 0, 0}).ok());
+  EXPECT_FALSE(deformer.drag_to({1, 0, 0}, one_worker()).ok());
   EXPECT_FALSE(deformer.begin_stroke({10, 0, 0}, 1).ok());
   EXPECT_FALSE(deformer.begin_stroke({0, 0, 0}, -1).ok());
   EXPECT_FALSE(deformer.begin_stroke({0, 0, 0}, nan).ok());
   ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
   EXPECT_FALSE(deformer.begin_stroke({5, 5, 5}, 1).ok());
-  EXPECT_FALSE(deformer.drag_to({nan, 0, 0}).ok());
-  EXPECT_FALSE(deformer.drag_to({0, 1.1e6, 0}).ok());
-  EXPECT_TRUE(deformer.drag_to({0, 1e6, 0}).ok());
-  EXPECT_TRUE(deformer.drag_to({0, 1e-6, 0}).ok());
+  EXPECT_FALSE(deformer.drag_to({nan, 0, 0}, one_worker()).ok());
+  EXPECT_FALSE(deformer.drag_to({0, 1.1e6, 0}, one_worker()).ok());
+  EXPECT_TRUE(deformer.drag_to({0, 1e6, 0}, one_worker()).ok());
+  EXPECT_TRUE(deformer.drag_to({0, 1e-6, 0}, one_worker()).ok());
   EXPECT_FALSE(deformer.release("nobody").ok());
 }
 
 TEST(Deformer, StrokesTogetherStayWithinReach) {
   Deformer deformer(constant_volume({10, 10, 10}), table({material(0, 1, 1, 1, 0)}), {});
   ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({9e5, 0, 0}).ok());
+  ASSERT_TRUE(deformer.drag_to({9e5, 0, 0}, one_worker()).ok());
   deformer.end_stroke();
   ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
-  EXPECT_FALSE(deformer.drag_to({2e5, 0, 0}).ok());
-  EXPECT_FALSE(deformer.drag_to({-2e5, 0, 0}).ok());
-  ASSERT_TRUE(deformer.drag_to({1e5, 0, 0}).ok());
+  EXPECT_FALSE(deformer.drag_to({2e5, 0, 0}, one_worker()).ok());
+  EXPECT_FALSE(deformer.drag_to({-2e5, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({1e5, 0, 0}, one_worker()).ok());
   EXPECT_EQ(deformer.lattice().u({0, 0, 0}), glm::ivec3(512'000'000, 0, 0));
 }
 
@@ -378,7 +380,7 @@ TEST(Deformer, HandlesAnswerToTheirNames) {
   Deformer deformer(constant_volume({60, 20, 20}), table({material(0, 1, 0.2, 3, 0.5)}), {});
   const auto drag = [&](int x, const char* name) {
     if (!deformer.begin_stroke({x, 10, 10}, 2, name).ok()) return false;
-    EXPECT_TRUE(deformer.drag_to({0, 0.5, 0}).ok());
+    EXPECT_TRUE(deformer.drag_to({0, 0.5, 0}, one_worker()).ok());
     deformer.end_stroke();
     return true;
   };
@@ -396,12 +398,12 @@ TEST(Deformer, MaterialEditsActOnTheNextDrag) {
   Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
   const auto reach = [&] {
     EXPECT_TRUE(deformer.begin_stroke({0, 0, 0}, 0).ok());
-    const auto report = deformer.drag_to({-5, 0, 0});
+    const auto report = deformer.drag_to({-5, 0, 0}, one_worker());
     deformer.cancel_stroke();
     return report->elements_moved;
   };
   EXPECT_EQ(reach(), 10);
-  deformer.set_materials(table({material(0, 1, 0.5, 1.25, 0.2)}));
+  ASSERT_TRUE(deformer.set_materials(table({material(0, 1, 0.5, 1.25, 0.2)})).ok());
   EXPECT_EQ(reach(), 20);
 }
 
@@ -416,12 +418,12 @@ TEST(Deformer, GrabsWhatMayMoveAndTakesPinnedHandlesAlong) {
       table({material(0, 1, 0.2, 3, 1), material(1, 2, 1, 1, 0, 1000, true)}), {});
   // The ball reaches into what is fixed; the skin over it still moves.
   ASSERT_TRUE(deformer.begin_stroke({15, 15, 17}, 4, "skin").ok());
-  auto report = deformer.drag_to({0, 0, 0.5});
+  auto report = deformer.drag_to({0, 0, 0.5}, one_worker());
   ASSERT_TRUE(report.ok());
   EXPECT_FALSE(report->clamped);
   deformer.end_stroke();
   ASSERT_TRUE(deformer.begin_stroke({15, 15, 18}, 1).ok());
-  report = deformer.drag_to({0, 0, 0.25});
+  report = deformer.drag_to({0, 0, 0.25}, one_worker());
   ASSERT_TRUE(report.ok());
   EXPECT_FALSE(report->clamped);
   deformer.end_stroke();
@@ -429,7 +431,7 @@ TEST(Deformer, GrabsWhatMayMoveAndTakesPinnedHandlesAlong) {
   EXPECT_EQ(deformer.lattice().u({15, 15, 15}).z, 384);
   // A handle of fixed elements alone says that it is held.
   ASSERT_TRUE(deformer.begin_stroke({15, 15, 5}, 2).ok());
-  report = deformer.drag_to({1, 0, 0});
+  report = deformer.drag_to({1, 0, 0}, one_worker());
   ASSERT_TRUE(report.ok());
   EXPECT_TRUE(report->clamped);
   EXPECT_EQ(report->moved_by_voxels, glm::dvec3(0));

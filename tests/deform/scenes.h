@@ -52,6 +52,11 @@ inline Volume random_volume(Size3 size, int kinds, int block, unsigned seed,
   return Volume::of(size, VoxelType::uint8, axis_aligned(spacing_mm), std::move(samples));
 }
 
+inline WorkerPool& one_worker() {
+  static WorkerPool pool(1);
+  return pool;
+}
+
 inline bool equal(const Lattice& a, const Lattice& b) {
   const Size3 size = a.grid().volume_size();
   for (int z = 0; z < size.z; ++z) {
