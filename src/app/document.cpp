@@ -181,7 +181,8 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   }
   deformer_->end_stroke();
   if (options_.measure) {
-    const auto violations = violations_of(lattice(), deformer_->materials());
+    const auto violations =
+        violations_of(lattice(), deformer_->materials(), Cuts(lattice().grid().volume_size()));
     s.violated_links = std::max(s.violated_links, violations.links);
     s.worst_violation_voxels = std::max(s.worst_violation_voxels, violations.worst_voxels);
   }

@@ -76,7 +76,7 @@ TEST(ChainMail, OctahedronInOneMaterial) {
     }
   }
   EXPECT_EQ(answer.elements_moved, moved);
-  EXPECT_EQ(violations_of(answer.lattice, field).links, 0);
+  EXPECT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
 }
 
 TEST(ChainMail, RigidBlockMovesWhole) {
@@ -105,7 +105,7 @@ TEST(ChainMail, RigidBlockMovesWhole) {
       }
     }
   }
-  EXPECT_EQ(violations_of(answer.lattice, field).links, 0);
+  EXPECT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
 }
 
 // Dijkstra's algorithm on one component of the whole lattice in plain arrays: shares no code with
@@ -261,7 +261,7 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
         }
       }
     }
-    ASSERT_EQ(violations_of(answer.lattice, field).links, 0);
+    ASSERT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
     lattice = answer.lattice;
     u = expected.u;
   }
@@ -280,7 +280,7 @@ TEST(ChainMail, StopsExactlyAtAnAnchor) {
   EXPECT_TRUE(report->clamped);
   EXPECT_EQ(report->moved_by_voxels, glm::dvec3(10, 0, 0));
   EXPECT_EQ(deformer.lattice().u({0, 1, 1}), glm::ivec3(0));
-  EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials()).links, 0);
+  EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials(), deformer.cuts()).links, 0);
   const auto within = deformer.drag_to({10, 0, 0}, one_worker());
   ASSERT_TRUE(within.ok());
   EXPECT_FALSE(within->clamped);
@@ -295,11 +295,11 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   Lattice start(size);
   start.set(0, LatticeBrick::create({{0, 0, 0}, {32, 1, 1}}, *brick));
   MaterialHalos halos(field, start.grid());
-  const Violations before = violations_of(start, field);
+  const Violations before = violations_of(start, field, Cuts(field.size()));
   EXPECT_GT(before.links, 0);
   const ChainMailAnswer answer =
       solve_chainmail({start, halos, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
-  const Violations after = violations_of(answer.lattice, field);
+  const Violations after = violations_of(answer.lattice, field, Cuts(field.size()));
   EXPECT_LE(after.links, before.links);
   EXPECT_LE(after.worst_voxels, before.worst_voxels);
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Sparse>
 
+#include "tests/deform/lattices.h"
 #include "tests/deform/scenes.h"
 
 namespace maille {
@@ -12,33 +13,13 @@ namespace {
 
 using testing::constant_volume;
 using testing::equal;
+using testing::lattice_of;
 using testing::material;
 using testing::one_worker;
 using testing::random_volume;
 using testing::table;
 
 constexpr AnchorRules kFree{0, true};
-
-Lattice lattice_of(Size3 size, const std::vector<glm::ivec3>& u) {
-  Lattice lattice(size);
-  const BrickGrid& grid = lattice.grid();
-  for (std::int64_t b = 0; b < grid.count(); ++b) {
-    auto brick = std::make_unique<BrickDisplacements>();
-    const VoxelBox box = grid.box(grid.brick(b));
-    for (int z = box.lo.z; z < box.hi.z; ++z) {
-      for (int y = box.lo.y; y < box.hi.y; ++y) {
-        for (int x = box.lo.x; x < box.hi.x; ++x) {
-          for (int c = 0; c < 3; ++c) {
-            brick->u[c][element_in_brick({x, y, z})] =
-                u[static_cast<std::size_t>(linear_index({x, y, z}, size))][c];
-          }
-        }
-      }
-    }
-    lattice.set(b, LatticeBrick::create(box, *brick));
-  }
-  return lattice;
-}
 
 RelaxationProgress run(Relaxation& relaxation, int most_iterations) {
   RelaxationProgress progress = relaxation.progress();
