@@ -4,7 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/failure.h"
 #include "core/stopwatch.h"
+#include "deform/carving.h"
+#include "deform/cutting.h"
 
 namespace maille {
 namespace {
@@ -71,6 +74,7 @@ Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
            {},
            std::make_shared<const MaterialTable>(std::move(materials))},
       materials_(volume_, *now_.materials) {
+  if (options.lattice_memory_bytes) memory_.emplace(*options.lattice_memory_bytes);
   if (options.undo_memory_bytes) history_.emplace(*options.undo_memory_bytes);
 }
 
@@ -148,14 +152,25 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool&) {
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
   const Stopwatch begin;
-  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->halos, stroke_->handle.elements,
-                                 stroke_->pinned, anchors_};
-  ChainMailAnswer answer = solve_chainmail(problem, by);
-  now_.lattice = std::move(answer.lattice);
+  const Lattice& start = stroke_->before.lattice;
+  const ChainMailProblem problem{start, *stroke_->halos, stroke_->handle.elements, stroke_->pinned,
+                                 anchors_};
   DragReport report;
-  report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
-  report.clamped = answer.clamped;
-  report.elements_moved = answer.elements_moved;
+  try {
+    ChainMailAnswer answer = solve_chainmail(problem, by);
+    if (memory_) {
+      if (auto fits = memory_->check(start, answer.lattice); !fits) {
+        return Error{fits.error().kind, "drag: " + fits.error().message};
+      }
+    }
+    now_.lattice = std::move(answer.lattice);
+    if (memory_) memory_->take_in(start, now_.lattice);
+    report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
+    report.clamped = answer.clamped;
+    report.elements_moved = answer.elements_moved;
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
   report.seconds = begin.seconds();
   return report;
 }
@@ -172,6 +187,47 @@ void Deformer::cancel_stroke() {
   if (!stroke_) return;
   now_ = std::move(stroke_->before);
   stroke_.reset();
+}
+
+Result<void> Deformer::cut(const CutSurface& surface) {
+  if (stroke_) return Error{ErrorKind::usage, "cut: a stroke is on"};
+  auto cuts = cut_along(now_.cuts, now_.lattice, surface);
+  if (!cuts) return cuts.error();
+  take_over(*std::move(cuts));
+  return {};
+}
+
+Result<void> Deformer::check_ball(const char* action, glm::dvec3 center, double radius) const {
+  const auto refuse = [&](const char* sentence) {
+    return Error{ErrorKind::usage, std::string(action) + ": " + sentence};
+  };
+  if (stroke_) return refuse("a stroke is on");
+  if (!(radius >= 0.0) || !std::isfinite(radius)) return refuse("expected a radius >= 0");
+  for (int c = 0; c < 3; ++c) {
+    if (!std::isfinite(center[c])) return refuse("expected a finite centre");
+  }
+  return {};
+}
+
+Result<void> Deformer::carve(glm::dvec3 center_voxel, double radius_voxels) {
+  if (auto checked = check_ball("carve", center_voxel, radius_voxels); !checked) return checked;
+  take_over(maille::carve(now_.cuts, now_.lattice, center_voxel, radius_voxels));
+  return {};
+}
+
+Result<void> Deformer::restore(glm::dvec3 center_voxel, double radius_voxels) {
+  if (auto checked = check_ball("restore", center_voxel, radius_voxels); !checked) return checked;
+  take_over(maille::restore(now_.cuts, now_.lattice, center_voxel, radius_voxels));
+  return {};
+}
+
+void Deformer::take_over(Cuts cuts) {
+  bool changed = false;
+  Cuts::for_each_difference(now_.cuts, cuts, [&](std::int64_t) { changed = true; });
+  if (!changed) return;
+  const Deformation before = now_;
+  now_.cuts = std::move(cuts);
+  record_step(before);
 }
 
 Result<void> Deformer::release(const std::string& name) {
@@ -218,31 +274,33 @@ Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) c
 }
 
 void Deformer::adopt(Lattice relaxed) {
+  if (memory_) memory_->take_in(now_.lattice, relaxed);
   const Lattice before = std::exchange(now_.lattice, std::move(relaxed));
   // A stroke that is on becomes one step as a whole.
-  if (history_ && !stroke_) history_->extend(before, now_);
+  if (stroke_) return;
+  if (history_) history_->extend(before, now_);
+  if (memory_) memory_->prefer(now_.lattice, before);
 }
 
 void Deformer::mark_undo_step() { record_step(now_); }
 
 void Deformer::record_step(const Deformation& before) {
-  if (history_ && !stroke_) history_->record(before, now_);
+  if (stroke_) return;
+  if (history_) history_->record(before, now_);
+  if (memory_) memory_->prefer(now_.lattice, before.lattice);
 }
 
-bool Deformer::undo() {
-  if (!history_ || stroke_) return false;
-  const auto materials = now_.materials;
-  const bool done = history_->undo(now_);
-  if (now_.materials != materials) use_materials();
-  return done;
-}
+bool Deformer::undo() { return walk(&History::undo); }
 
-bool Deformer::redo() {
+bool Deformer::redo() { return walk(&History::redo); }
+
+bool Deformer::walk(bool (History::*step)(Deformation&)) {
   if (!history_ || stroke_) return false;
-  const auto materials = now_.materials;
-  const bool done = history_->redo(now_);
-  if (now_.materials != materials) use_materials();
-  return done;
+  const Deformation before = now_;
+  if (!((*history_).*step)(now_)) return false;
+  if (now_.materials != before.materials) use_materials();
+  if (memory_) memory_->prefer(now_.lattice, before.lattice);
+  return true;
 }
 
 }  // namespace maille

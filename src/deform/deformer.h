@@ -1,4 +1,4 @@
-// Everything done to a lattice, as a person does it: grab, drag, let go, relax, undo.
+// Everything done to a lattice, as a person does it: grab, drag, let go, cut, carve, relax, undo.
 //
 // A stroke is a function of the lattice at button-down and the total drag: moving the pointer back
 // un-deforms, cancelling restores to the bit. Letting go leaves the handle pinned until released.
@@ -14,8 +14,10 @@
 #include "core/result.h"
 #include "deform/anchors.h"
 #include "deform/chainmail.h"
+#include "deform/cut_surface.h"
 #include "deform/deformation.h"
 #include "deform/history.h"
+#include "deform/lattice_memory.h"
 #include "deform/relaxation.h"
 #include "material/material_field.h"
 
@@ -31,6 +33,9 @@ struct DragReport {
 struct DeformerOptions {
   // What undo and redo may hold, as History counts it. None: no step is kept.
   std::optional<std::int64_t> undo_memory_bytes = std::int64_t{1} << 30;
+  // What displacements may take in memory, undo steps included; the rest goes to a scratch file.
+  // None: as much as they need.
+  std::optional<std::int64_t> lattice_memory_bytes = std::nullopt;
 };
 
 class Deformer {
@@ -52,10 +57,19 @@ class Deformer {
   Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
   bool in_stroke() const { return stroke_.has_value(); }
   // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, or further
-  // than 10^6 voxels from rest together with the drags before).
+  // than 10^6 voxels from rest together with the drags before); out_of_memory (what moves takes
+  // more than the lattice's memory: it lies as it did before), file_system (the scratch file).
   Result<DragReport> drag_to(glm::dvec3 by_voxels, WorkerPool& pool);
   void end_stroke();     // the handle stays pinned; one undo step
   void cancel_stroke();  // back to the bit
+
+  // What a cut severs, or a ball takes out and puts back, in the lattice as it lies now
+  // (cutting.h, carving.h); each one undo step, unless nothing was there to change. Errors: usage
+  // (a stroke is on; the radius is no number >= 0, the centre not finite; a volume too long to
+  // cut).
+  Result<void> cut(const CutSurface& surface);
+  Result<void> carve(glm::dvec3 center_voxel, double radius_voxels);
+  Result<void> restore(glm::dvec3 center_voxel, double radius_voxels);
 
   // Unpins; one undo step. Errors: usage (a stroke is on; no handle of that name: the message lists
   // the names).
@@ -64,7 +78,7 @@ class Deformer {
   std::vector<std::string> handle_names() const;
 
   // Starts relaxing the lattice as it is now; adopt() takes a state of it over, as a part of the
-  // undo step before.
+  // undo step before, and throws Failure where the scratch file fails.
   Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const;
   void adopt(Lattice relaxed);
   // Call before the first adopt() of a relaxation that should be an undo step of its own.
@@ -73,6 +87,7 @@ class Deformer {
   bool undo();  // false: nothing to undo, or a stroke is on
   bool redo();
   const History* history() const { return history_ ? &*history_ : nullptr; }
+  const LatticeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
 
  private:
   struct Stroke {
@@ -84,7 +99,10 @@ class Deformer {
   };
 
   ElementSet pinned_elements() const;
+  Result<void> check_ball(const char* action, glm::dvec3 center, double radius) const;
+  void take_over(Cuts cuts);
   void record_step(const Deformation& before);
+  bool walk(bool (History::*step)(Deformation&));
   void use_materials();  // of the present state
 
   Volume volume_;
@@ -93,6 +111,7 @@ class Deformer {
   MaterialField materials_;
   std::optional<Stroke> stroke_;
   std::optional<History> history_;
+  std::optional<LatticeMemory> memory_;
 };
 
 }  // namespace maille

@@ -33,7 +33,7 @@ std::int64_t unshared_bytes(const LatticeBrick* brick, const LatticeBrick* in_it
   for (int c = 0; c < 3; ++c) {
     const auto& plane = brick->plane(c);
     if (!plane || (in_its_place != nullptr && plane == in_its_place->plane(c))) continue;
-    bytes += plane->bytes();
+    bytes += std::int64_t{sizeof(DisplacementPlane)} + plane->array_bytes();
   }
   return bytes;
 }

@@ -2,9 +2,10 @@
 // took the place of, the handles and the material table if they changed.
 //
 // Bytes of a step: the displacement planes of its bricks that the bricks in their place do not
-// share, its cut bricks, the handles and the table that are not those in their place. Whatever is
-// kept for undo alone is so counted by exactly one step, the one that took it away, and is freed
-// when that step is dropped. What the present state holds is not counted.
+// share (whether in memory or put aside), its cut bricks, the handles and the table that are not
+// those in their place. Whatever is kept for undo alone is so counted by exactly one step, the one
+// that took it away, and is freed when that step is dropped. What the present state holds is not
+// counted.
 //
 // Whole snapshots are the road not taken: they keep no more (bricks are shared), but nobody could
 // say what dropping one of them frees.
