@@ -184,7 +184,7 @@ ElementSet Deformer::pinned_elements() const {
 Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
   ElementSet held = pinned_elements();
   if (stroke_) held.insert(stroke_->handle.elements);
-  return Relaxation(lattice_, materials_, held, anchors_, pool, options);
+  return Relaxation(lattice_, materials_, Cuts(volume_.size()), held, anchors_, pool, options);
 }
 
 void Deformer::adopt(Lattice relaxed) { lattice_ = std::move(relaxed); }
