@@ -270,7 +270,7 @@ ElementSet Deformer::pinned_elements() const {
 Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
   ElementSet held = pinned_elements();
   if (stroke_) held.insert(stroke_->handle.elements);
-  return Relaxation(now_.lattice, materials_, held, anchors_, pool, options);
+  return Relaxation(now_.lattice, materials_, now_.cuts, held, anchors_, pool, options);
 }
 
 void Deformer::adopt(Lattice relaxed) {
