@@ -11,8 +11,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/byte_size.h"
 #include "app/commands.h"
 #include "app/document.h"
+#include "core/failure.h"
 #include "core/trace.h"
 #include "volume/phantom.h"
 
@@ -49,6 +51,23 @@ void add_picture_size(CLI::App& command, PictureSize& size) {
           },
           "Width and height of the picture in pixels (default 512x512)")
       ->type_name("WxH");
+}
+
+template <class Bytes>
+void add_byte_size(CLI::App& app, const std::string& name, Bytes& bytes,
+                   const std::string& description) {
+  app.add_option_function<std::string>(
+         name,
+         [&bytes, name](const std::string& text) {
+           const auto size = parse_byte_size(text);
+           if (!size) {
+             throw CLI::ValidationError(
+                 name, "expected a number of bytes such as 512M or 2G, got " + text);
+           }
+           bytes = *size;
+         },
+         description)
+      ->type_name("SIZE");
 }
 
 constexpr const char* kGlobalOptions = "Options of every command";
@@ -91,6 +110,11 @@ void add_global_options(CLI::App& app, GlobalOptions& global) {
                    std::to_string(kDeterministicIterations) +
                    " iterations, whatever at_most_seconds says; the same input gives the same "
                    "bits for any number of threads");
+  add_byte_size(app, "--lattice-memory", global.lattice_memory_bytes,
+                "What displacements may take in memory, those of undo steps included; the rest "
+                "goes to a scratch file, and what moves at once must fit (default: no limit)");
+  add_byte_size(app, "--undo-memory", global.undo_memory_bytes,
+                "What undo may hold; the oldest steps beyond it are dropped (default 1G)");
   app.add_flag("--quiet", global.quiet, "Say only what went wrong");
   app.add_flag("--verbose", global.verbose, "Say on stderr what is used and what is left out");
   app.option_defaults()->group("Options");
@@ -236,7 +260,7 @@ int run_command_line(int argc, const char* const* argv) try {
   for (auto* const command : app.get_subcommands({})) list_global_options(app, *command);
   app.footer(
       "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 bad input, 4 no usable "
-      "device or device lost, 5 out of memory, 6 file system error.");
+      "device or device lost, 5 out of memory or over budget, 6 file system error.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -251,6 +275,8 @@ int run_command_line(int argc, const char* const* argv) try {
     return say({ErrorKind::file_system, "standard output could not be written"});
   }
   return 0;
+} catch (const Failure& failure) {
+  return say(failure.error());
 } catch (const std::bad_alloc&) {
   return say({ErrorKind::out_of_memory, "out of memory"});
 } catch (const std::length_error&) {

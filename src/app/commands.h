@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "core/result.h"
@@ -18,6 +19,8 @@ struct GlobalOptions {
   int threads = 0;  // 0: one a hardware thread
   std::uint64_t seed = 1;
   bool deterministic = false;
+  std::int64_t undo_memory_bytes = std::int64_t{1} << 30;
+  std::optional<std::int64_t> lattice_memory_bytes;  // else as much as it needs
   bool quiet = false;
   bool verbose = false;
 };

@@ -8,6 +8,7 @@
 #include "app/paths.h"
 #include "core/stopwatch.h"
 #include "core/trace.h"
+#include "deform/cut_counts.h"
 #include "deform/violations.h"
 #include "volume/phantom.h"
 #include "volume/volume_file.h"
@@ -73,19 +74,28 @@ Result<std::unique_ptr<Document>> Document::open(Scene scene, LoadedVolume loade
                                                  const DocumentOptions& options) {
   std::unique_ptr<Document> document(new Document(std::move(scene), std::move(loaded), options));
   if (auto checked = document->check_drags(); !checked) return checked.error();
-  if (document->plan_.chainmail) {
-    document->statistics_.chainmail.emplace();
-    auto materials = document->material_table();
-    document->plan_.use(materials);
-    document->deformer_.emplace(document->volume(), std::move(materials), document->scene_.anchors);
-    document->shown_ = Lattice(document->volume().size());
-  }
-  if (document->plan_.relaxation) document->statistics_.relaxation.emplace();
-  if (document->plan_.resampling) {
+  const Plan& plan = document->plan_;
+  if (plan.deforms()) document->make_deformer();
+  if (plan.chainmail) document->statistics_.chainmail.emplace();
+  if (plan.cut || plan.carve) document->statistics_.cuts.emplace();
+  if (plan.undo) document->statistics_.undo.emplace();
+  if (plan.relaxation) document->statistics_.relaxation.emplace();
+  if (plan.resampling) {
     document->statistics_.resample.emplace().method = name_of(document->scene_.resampling);
   }
-  document->statistics_.left_out = document->plan_.left_out();
+  document->statistics_.left_out = plan.left_out();
   return document;
+}
+
+void Document::make_deformer() {
+  auto materials = material_table();
+  plan_.use(materials);
+  DeformerOptions options;
+  options.lattice_memory_bytes = options_.lattice_memory_bytes;
+  options.undo_memory_bytes.reset();
+  if (plan_.undo) options.undo_memory_bytes = options_.undo_memory_bytes;
+  deformer_.emplace(volume_, std::move(materials), scene_.anchors, options);
+  shown_ = Lattice(volume_.size());
 }
 
 Result<void> Document::check_drags() const {
@@ -168,7 +178,7 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   auto& s = *statistics_.chainmail;
   for (int i = 1; i <= action.steps; ++i) {
     const double share = i == action.steps ? 1.0 : static_cast<double>(i) / action.steps;
-    const auto report = deformer_->drag_to(by * share);
+    const auto report = deformer_->drag_to(by * share, pool_);
     if (!report) {
       deformer_->cancel_stroke();
       return report.error();
@@ -181,7 +191,7 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   }
   deformer_->end_stroke();
   if (options_.measure) {
-    const auto violations = violations_of(lattice(), deformer_->materials());
+    const auto violations = violations_of(lattice(), deformer_->materials(), deformer_->cuts());
     s.violated_links = std::max(s.violated_links, violations.links);
     s.worst_violation_voxels = std::max(s.worst_violation_voxels, violations.worst_voxels);
   }
@@ -222,6 +232,59 @@ Result<void> Document::relax(const RelaxAction& action) {
   return {};
 }
 
+glm::dvec3 Document::to_voxel(const ScenePoint& point) const {
+  if (!point.is_mm) return point.at;
+  return transform_point(glm::inverse(volume_.world_from_voxel()), point.at);
+}
+
+Result<CutSurface> Document::surface_of(const CutAction& action) const {
+  const auto to_voxels = [&](const std::vector<ScenePoint>& points) {
+    std::vector<glm::dvec3> voxels;
+    for (const auto& point : points) voxels.push_back(to_voxel(point));
+    return voxels;
+  };
+  const glm::dmat3 world_from_voxel(volume_.world_from_voxel());
+  if (const auto* const disc = std::get_if<CutDisc>(&action.surface)) {
+    // CutSurface takes the normal along the volume's own axes.
+    const glm::dvec3 spacing = volume_.spacing_mm();
+    const glm::dmat3 axes(world_from_voxel[0] / spacing.x, world_from_voxel[1] / spacing.y,
+                          world_from_voxel[2] / spacing.z);
+    return CutSurface::disc(to_voxel(disc->center), glm::inverse(axes) * disc->normal,
+                            disc->radius_mm, spacing);
+  }
+  if (const auto* const sweep = std::get_if<CutSweep>(&action.surface)) {
+    const auto depth_mm = sweep->depth_mm * glm::normalize(sweep->direction);
+    return CutSurface::sweep(to_voxels(sweep->path), glm::inverse(world_from_voxel) * depth_mm);
+  }
+  return CutSurface::polygon(to_voxels(std::get<CutPolygon>(action.surface).corners));
+}
+
+Result<void> Document::cut(const CutAction& action) {
+  const trace::Span span("cut");
+  const Stopwatch start;
+  const auto surface = surface_of(action);
+  if (!surface) return surface.error();
+  auto done = deformer_->cut(*surface);
+  statistics_.cuts->seconds += start.seconds();
+  return done;
+}
+
+Result<void> Document::carve(const CarveAction& action) {
+  const trace::Span span("carve");
+  const Stopwatch start;
+  auto done = deformer_->carve(to_voxel(action.ball.center), action.ball.radius_voxels);
+  statistics_.cuts->seconds += start.seconds();
+  return done;
+}
+
+Result<void> Document::restore(const RestoreAction& action) {
+  const trace::Span span("restore");
+  const Stopwatch start;
+  auto done = deformer_->restore(to_voxel(action.ball.center), action.ball.radius_voxels);
+  statistics_.cuts->seconds += start.seconds();
+  return done;
+}
+
 Result<void> Document::release(const ReleaseAction& action) {
   if (!deformer_) return Error{ErrorKind::usage, "nothing has been dragged"};
   return deformer_->release(action.name);
@@ -229,10 +292,13 @@ Result<void> Document::release(const ReleaseAction& action) {
 
 Result<void> Document::undo(int count) {
   for (int i = 0; i < count; ++i) {
-    if (!deformer_ || !deformer_->undo()) {
-      return Error{ErrorKind::usage, "only " + std::to_string(i) + " of " + std::to_string(count) +
-                                         " steps are there to undo"};
-    }
+    if (deformer_ && deformer_->undo()) continue;
+    const auto dropped = undo_steps_dropped();
+    return Error{ErrorKind::usage, "only " + std::to_string(i) + " of " + std::to_string(count) +
+                                       " steps are there to undo" +
+                                       (dropped == 0 ? ""
+                                                     : "; " + std::to_string(dropped) +
+                                                           " were dropped to hold --undo-memory")};
   }
   return {};
 }
@@ -277,14 +343,37 @@ Result<void> Document::save_forward_field(const std::filesystem::path& path) {
   return write_vector_field(path, volume_.size(), volume_.world_from_voxel(), field);
 }
 
+std::int64_t Document::undo_steps_dropped() const {
+  return deformer_ && deformer_->history() ? deformer_->history()->dropped_steps() : 0;
+}
+
 void Document::measure_state() {
   statistics_.memory.peak_rss_bytes = peak_rss_bytes();
   if (!deformer_) return;
   if (options_.measure) {
     statistics_.resample->folded_cells = count_folded_cells(lattice(), pool_);
   }
-  statistics_.memory.lattice_bricks = lattice().brick_count();
-  statistics_.memory.lattice_bytes = lattice().bytes();
+  if (statistics_.cuts) {
+    const auto counts = count_removed(deformer_->cuts());
+    statistics_.cuts->links_removed = counts.links_removed;
+    statistics_.cuts->elements_carved = counts.elements_carved;
+  }
+  if (const History* const history = deformer_->history()) {
+    statistics_.undo = {history->undo_steps(), history->redo_steps(), history->bytes(),
+                        history->budget_bytes(), history->dropped_steps()};
+  }
+  auto& memory = statistics_.memory;
+  memory.lattice_bricks = lattice().brick_count();
+  memory.lattice_bytes = lattice().bytes();
+  lattice().for_each_brick([&](std::int64_t linear, const LatticeBrick&) {
+    const auto& grid = lattice().grid();
+    memory.lattice_elements += voxel_count(grid.box(grid.brick(linear)).size());
+  });
+  if (const LatticeMemory* const limited = deformer_->memory()) {
+    const auto counters = limited->store().counters();
+    memory.budget = {limited->store().budget_bytes(), counters.peak_bytes_in_memory,
+                     counters.planes_written, counters.bytes_written, counters.planes_read};
+  }
 }
 
 }  // namespace maille

@@ -28,6 +28,8 @@ struct DocumentOptions {
   int threads = 0;  // 0: one a hardware thread
   bool deterministic = false;
   bool measure = false;  // statistics are wanted: count violated links too
+  std::int64_t undo_memory_bytes = std::int64_t{1} << 30;
+  std::optional<std::int64_t> lattice_memory_bytes;
 };
 
 // In deterministic mode time decides nothing: a relax action ends when it has converged or after so
@@ -71,7 +73,7 @@ class Document {
   // The scene's, or the default for such a volume. Errors: none that parse_scene lets through.
   Result<TransferFunction> transfer_function();
 
-  // Only where plan().chainmail.
+  // Only where plan().deforms().
   Deformer& deformer() { return *deformer_; }
   const Lattice& lattice() const { return deformer_->lattice(); }
 
@@ -80,10 +82,13 @@ class Document {
 
   // Called at each position of a drag, with the lattice as it is there.
   using Step = std::function<Result<void>(const DragReport&)>;
-  // Errors of all four: bad_input.
+  // Errors of all: usage (what in_action() makes bad input of).
   Result<void> drag(const DragAction& action, VoxelIndex element, const Step& step);
   // Nothing where the plan leaves it out. An undo step only if it moved anything.
   Result<void> relax(const RelaxAction& action);
+  Result<void> cut(const CutAction& action);
+  Result<void> carve(const CarveAction& action);
+  Result<void> restore(const RestoreAction& action);
   Result<void> release(const ReleaseAction& action);
   Result<void> undo(int count);
   Result<void> redo(int count);
@@ -96,10 +101,16 @@ class Document {
   // Sizes as they are now (and folded cells, where statistics are wanted) go into statistics().
   void measure_state();
 
+  // Undo steps dropped for --undo-memory so far.
+  std::int64_t undo_steps_dropped() const;
+
  private:
   Document(Scene scene, LoadedVolume loaded, const DocumentOptions& options);
   Result<void> check_drags() const;
   MaterialTable material_table();
+  void make_deformer();
+  glm::dvec3 to_voxel(const ScenePoint& point) const;
+  Result<CutSurface> surface_of(const CutAction& action) const;
 
   Scene scene_;
   DocumentOptions options_;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/byte_size.h"
 #include "app/png.h"
 #include "core/atomic_file.h"
 #include "core/trace.h"
@@ -118,6 +119,13 @@ void Headless::note_warnings() {
   for (const auto& warning : table->warnings()) note(warning);
 }
 
+void Headless::note_dropped_steps() {
+  if (noted_dropped_steps_ || document_->undo_steps_dropped() == 0) return;
+  noted_dropped_steps_ = true;
+  note("the oldest undo steps are dropped to hold --undo-memory " +
+       text_of_bytes(options_.document.undo_memory_bytes));
+}
+
 Result<void> Headless::show() {
   if (shown_) return {};
   shown_ = true;
@@ -198,6 +206,12 @@ Result<void> Headless::play(std::size_t index) {
     done = document_->relax(*relax);
   } else if (const auto* const release = std::get_if<ReleaseAction>(&action)) {
     done = document_->release(*release);
+  } else if (const auto* const cut = std::get_if<CutAction>(&action)) {
+    done = document_->cut(*cut);
+  } else if (const auto* const carve = std::get_if<CarveAction>(&action)) {
+    done = document_->carve(*carve);
+  } else if (const auto* const restore = std::get_if<RestoreAction>(&action)) {
+    done = document_->restore(*restore);
   } else if (const auto* const undo = std::get_if<UndoAction>(&action)) {
     done = document_->undo(undo->count);
   } else {
@@ -211,6 +225,7 @@ Result<void> Headless::play() {
   const Scene& scene = document_->scene();
   for (std::size_t i = 0; i < scene.actions.size(); ++i) {
     if (auto done = play(i); !done) return in_action(scene, i, done.error());
+    note_dropped_steps();
   }
   return {};
 }

@@ -53,6 +53,7 @@ class Headless {
   Result<void> show();
   Result<void> write_frame();
   Result<void> play(std::size_t index);
+  void note_dropped_steps();  // once
   Result<void> drag(const DragAction& action);
 
   HeadlessOptions options_;
@@ -62,6 +63,7 @@ class Headless {
   std::int64_t frames_written_ = 0;
   std::size_t frame_digits_ = 3;
   bool shown_ = false;  // the view shows the state now
+  bool noted_dropped_steps_ = false;
 };
 
 // Makes a folder and those above it. Errors: file_system.

@@ -39,6 +39,10 @@ void status_panel(const OverlayContent& content) {
     ImGui::Text("relaxation: at equilibrium (%.3f voxels)", s.residual_voxels);
   }
   if (s.pins > 0) ImGui::Text("%d pinned handle%s", s.pins, s.pins == 1 ? "" : "s");
+  if (s.undo_steps_dropped > 0) {
+    ImGui::Text("undo: the %lld oldest steps were dropped (--undo-memory)",
+                static_cast<long long>(s.undo_steps_dropped));
+  }
   if (!s.refused.empty()) ImGui::Text("%s", s.refused.c_str());
   if (!content.message.empty()) ImGui::TextUnformatted(content.message.c_str());
   ImGui::TextDisabled("H: help");

@@ -26,7 +26,13 @@ Plan plan_of(const Scene& scene, const Purpose& purpose) {
   plan.vulkan = purpose.pictures || purpose.window;
   // Nothing leaves its place but by a drag, so without one there is nothing to relax either.
   plan.chainmail = purpose.window || any_action<DragAction>(scene);
-  plan.resampling = plan.chainmail;
+  // The window has no tools for these yet.
+  plan.cut = !purpose.window && any_action<CutAction>(scene);
+  plan.carve =
+      !purpose.window && (any_action<CarveAction>(scene) || any_action<RestoreAction>(scene));
+  plan.undo = plan.deforms() &&
+              (purpose.window || any_action<UndoAction>(scene) || any_action<RedoAction>(scene));
+  plan.resampling = plan.deforms();
   plan.relaxation = plan.chainmail && scene.relaxation.enabled &&
                     (purpose.window || any_action<RelaxAction>(scene));
   plan.anchors = plan.chainmail && scene.anchors.faces != 0;
@@ -50,6 +56,9 @@ std::vector<std::string> Plan::left_out() const {
     if (!kept) names.emplace_back(name);
   };
   add(chainmail, "chainmail");
+  add(cut, "cut");
+  add(carve, "carve");
+  add(undo, "undo");
   add(relaxation, "relaxation");
   add(resampling, "resampling");
   add(material_lookup, "material_lookup");

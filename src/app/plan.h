@@ -17,7 +17,10 @@ struct Purpose {
 };
 
 struct Plan {
-  bool chainmail = false;        // a lattice, a deformer, undo steps
+  bool chainmail = false;        // drags
+  bool cut = false;              // links taken out by cuts
+  bool carve = false;            // elements taken out and brought back
+  bool undo = false;             // steps are kept
   bool relaxation = false;       // active lists, forces
   bool resampling = false;       // an inverse map; else voxels are copied
   bool material_lookup = false;  // more than one material, and something that asks for it
@@ -31,6 +34,8 @@ struct Plan {
   bool mip = false;
   bool window = false;
 
+  // Any of these: a lattice and a deformer.
+  bool deforms() const { return chainmail || cut || carve; }
   // Once, with the scene's table or the one its preset stands for; asked for by chainmail only.
   void use(const MaterialTable& materials);
   std::vector<std::string> left_out() const;

@@ -7,6 +7,8 @@ HeadlessOptions headless_options(const std::string& command, const GlobalOptions
   options.document.command = command;
   options.document.threads = global.threads;
   options.document.deterministic = global.deterministic;
+  options.document.undo_memory_bytes = global.undo_memory_bytes;
+  options.document.lattice_memory_bytes = global.lattice_memory_bytes;
   options.quiet = global.quiet;
   options.verbose = global.verbose;
   return options;

@@ -8,8 +8,8 @@
 namespace maille {
 
 std::string_view name_of(const Action& action) {
-  static constexpr std::string_view kNames[] = {"drag", "relax", "render", "release",
-                                                "undo", "redo",  "save"};
+  static constexpr std::string_view kNames[] = {"drag", "relax", "render", "release", "undo",
+                                                "redo", "save",  "cut",    "carve",   "restore"};
   static_assert(std::size(kNames) == std::variant_size_v<Action>);
   return kNames[action.index()];
 }

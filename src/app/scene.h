@@ -96,8 +96,40 @@ struct SaveAction {
   std::optional<std::filesystem::path> volume;
   std::optional<std::filesystem::path> field;
 };
+
+// What is cut and carved lies where a person sees it: in the volume as it is deformed then.
+struct ScenePoint {
+  glm::dvec3 at{0.0};
+  bool is_mm = false;  // in the world; else voxels
+};
+struct CutPolygon {
+  std::vector<ScenePoint> corners;
+};
+struct CutDisc {
+  ScenePoint center;
+  glm::dvec3 normal{0, 0, 1};  // in the world, as the direction of a sweep
+  double radius_mm = 1.0;
+};
+struct CutSweep {
+  std::vector<ScenePoint> path;
+  glm::dvec3 direction{0, 0, 1};
+  double depth_mm = 1.0;
+};
+struct CutAction {
+  std::variant<CutPolygon, CutDisc, CutSweep> surface;
+};
+struct Ball {
+  ScenePoint center;
+  double radius_voxels = 1.0;
+};
+struct CarveAction {
+  Ball ball;
+};
+struct RestoreAction {
+  Ball ball;
+};
 using Action = std::variant<DragAction, RelaxAction, RenderAction, ReleaseAction, UndoAction,
-                            RedoAction, SaveAction>;
+                            RedoAction, SaveAction, CutAction, CarveAction, RestoreAction>;
 
 std::string_view name_of(const Action& action);  // "drag", "relax" ...
 

@@ -6,6 +6,7 @@
 #include <new>
 #include <utility>
 
+#include "core/failure.h"
 #include "core/trace.h"
 
 namespace maille {
@@ -123,9 +124,9 @@ void Simulation::set_materials(MaterialTable table) {
       return Error{ErrorKind::usage, "materials cannot change during a drag"};
     }
     stop_relaxing();
-    document_.deformer().set_materials(table);
+    auto set = document_.deformer().set_materials(table);
     start_relaxing();
-    return {};
+    return set;
   });
 }
 
@@ -178,16 +179,22 @@ void Simulation::run() {
       }
       if (unpublished_) publish();
     } catch (const std::bad_alloc&) {
-      // The lattice is as the last finished step left it; relaxing on would only ask again.
-      relaxation_.reset();
-      unpublished_ = false;
-      update_status([](SimulationStatus& s) {
-        s.refused = "out of memory: the last step was given up";
-        s.relaxing = false;
-      });
-      wake_();
+      give_up("out of memory: the last step was given up");
+    } catch (const Failure& failure) {
+      give_up(failure.error().message);
     }
   }
+}
+
+// The lattice is as the last finished step left it; relaxing on would only ask again.
+void Simulation::give_up(const std::string& reason) {
+  relaxation_.reset();
+  unpublished_ = false;
+  update_status([&](SimulationStatus& s) {
+    s.refused = reason;
+    s.relaxing = false;
+  });
+  wake_();
 }
 
 void Simulation::fulfil(const Wish& wish) {
@@ -195,6 +202,7 @@ void Simulation::fulfil(const Wish& wish) {
   update_status([&](SimulationStatus& s) {
     s.refused = done.ok() ? "" : done.error().message;
     s.pins = static_cast<int>(document_.deformer().handle_names().size());
+    s.undo_steps_dropped = document_.undo_steps_dropped();
     s.relaxing = relaxation_.has_value();
   });
   wake_();
@@ -204,7 +212,7 @@ Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
   if (!document_.deformer().in_stroke()) return {};
   relaxation_.reset();
   dragged_ = true;
-  const auto report = document_.deformer().drag_to(by_voxels);
+  const auto report = document_.deformer().drag_to(by_voxels, document_.pool());
   if (!report) return report.error();
   update_status([&](SimulationStatus& s) {
     s.elements_moved = report->elements_moved;

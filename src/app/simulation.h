@@ -31,7 +31,8 @@ struct SimulationStatus {
   double residual_voxels = 0.0;  // estimated distance to equilibrium
   std::int64_t iterations = 0;
   int pins = 0;
-  std::string refused;  // why the last wish could not be done; empty: it could
+  std::int64_t undo_steps_dropped = 0;  // to hold --undo-memory
+  std::string refused;                  // why the last wish could not be done; empty: it could
   bool operator==(const SimulationStatus&) const = default;
 };
 
@@ -62,6 +63,7 @@ class Simulation {
   void ask(Wish wish);
   void run();
   void fulfil(const Wish& wish);
+  void give_up(const std::string& reason);
   Result<void> drag_now(glm::dvec3 by_voxels);
   void changed_at_once();  // the lattice jumped: show it, and relax from there
   void relax_for_a_moment();

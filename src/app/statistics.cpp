@@ -29,6 +29,11 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+double per_element(const RunStatistics::Memory& s) {
+  if (s.lattice_elements == 0) return 0.0;
+  return static_cast<double>(s.lattice_bytes) / static_cast<double>(s.lattice_elements);
+}
+
 Json section(const RunStatistics::ChainMail& s) {
   return {{"drags", s.drags},
           {"elements_moved", s.elements_moved},
@@ -51,6 +56,20 @@ Json section(const RunStatistics::Relaxation& s) {
               {"energy_ever_rose", s.energy_ever_rose}};
   if (s.residual_voxels) out["residual_voxels"] = *s.residual_voxels;
   return out;
+}
+
+Json section(const RunStatistics::Cuts& s) {
+  return {{"links_removed", s.links_removed},
+          {"elements_carved", s.elements_carved},
+          {"seconds", s.seconds}};
+}
+
+Json section(const RunStatistics::Undo& s) {
+  return {{"steps", s.steps},
+          {"redo_steps", s.redo_steps},
+          {"bytes", s.bytes},
+          {"budget_bytes", s.budget_bytes},
+          {"dropped_steps", s.dropped_steps}};
 }
 
 Json section(const RunStatistics::Resample& s) {
@@ -114,6 +133,8 @@ std::string to_json(const RunStatistics& s) {
                    {"load_seconds", s.volume.load_seconds},
                    {"analyse_seconds", s.volume.analyse_seconds}};
   if (s.chainmail) out["chainmail"] = section(*s.chainmail);
+  if (s.cuts) out["cuts"] = section(*s.cuts);
+  if (s.undo) out["undo"] = section(*s.undo);
   if (s.relaxation) out["relaxation"] = section(*s.relaxation);
   if (s.resample) out["resample"] = section(*s.resample);
   if (s.upload) {
@@ -125,9 +146,17 @@ std::string to_json(const RunStatistics& s) {
   out["memory"] = {{"peak_rss_bytes", s.memory.peak_rss_bytes},
                    {"lattice_bricks", s.memory.lattice_bricks},
                    {"lattice_bytes", s.memory.lattice_bytes},
+                   {"lattice_bytes_per_element", per_element(s.memory)},
                    {"gpu_pages_resident", s.memory.gpu_pages_resident},
                    {"gpu_pages_total", s.memory.gpu_pages_total},
                    {"gpu_bytes", s.memory.gpu_bytes}};
+  if (const auto& budget = s.memory.budget) {
+    out["memory"]["lattice_budget_bytes"] = budget->bytes;
+    out["memory"]["lattice_peak_bytes"] = budget->peak_bytes;
+    out["memory"]["scratch_planes_written"] = budget->planes_written;
+    out["memory"]["scratch_bytes_written"] = budget->bytes_written;
+    out["memory"]["scratch_planes_read"] = budget->planes_read;
+  }
   out["left_out"] = s.left_out;
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

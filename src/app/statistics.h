@@ -61,6 +61,22 @@ struct RunStatistics {
   };
   std::optional<Relaxation> relaxation;
 
+  struct Cuts {
+    std::int64_t links_removed = 0;    // at the end, those of carved elements included
+    std::int64_t elements_carved = 0;  // at the end
+    double seconds = 0.0;              // of cutting, carving and restoring
+  };
+  std::optional<Cuts> cuts;
+
+  struct Undo {
+    std::int64_t steps = 0;  // that could be undone at the end
+    std::int64_t redo_steps = 0;
+    std::int64_t bytes = 0;  // that both hold
+    std::int64_t budget_bytes = 0;
+    std::int64_t dropped_steps = 0;  // for the budget
+  };
+  std::optional<Undo> undo;
+
   // Bricks whose voxels differ from the volume's; the untouched ones are copies.
   struct Resample {
     std::string method;
@@ -103,7 +119,18 @@ struct RunStatistics {
   struct Memory {
     std::int64_t peak_rss_bytes = 0;
     std::int64_t lattice_bricks = 0;
-    std::int64_t lattice_bytes = 0;
+    std::int64_t lattice_bytes = 0;     // in memory, not in the scratch file
+    std::int64_t lattice_elements = 0;  // of these bricks, moved or not
+
+    struct Budget {
+      std::int64_t bytes = 0;           // --lattice-memory
+      std::int64_t peak_bytes = 0;      // of displacements in memory, undo steps included
+      std::int64_t planes_written = 0;  // to the scratch file: a component of a brick is a plane
+      std::int64_t bytes_written = 0;
+      std::int64_t planes_read = 0;
+    };
+    std::optional<Budget> budget;  // none: no limit
+
     std::int64_t gpu_pages_resident = 0;
     std::int64_t gpu_pages_total = 0;
     std::int64_t gpu_bytes = 0;

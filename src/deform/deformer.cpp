@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/failure.h"
 #include "core/stopwatch.h"
+#include "deform/carving.h"
+#include "deform/cutting.h"
 
 namespace maille {
 namespace {
@@ -21,9 +25,8 @@ double furthest_voxels(const Lattice& lattice) {
   return static_cast<double>(most) / kUnitsPerVoxel;
 }
 
-// The elements of a set that may move: grabbing skin over bone must not hold on to the bone.
-ElementSet movable(const ElementSet& set, const MaterialField& materials, AnchorRules anchors,
-                   const BrickGrid& grid) {
+template <class Keep>
+ElementSet filtered(const ElementSet& set, const BrickGrid& grid, Keep&& keep) {
   ElementSet kept;
   for (const auto& [linear, mask] : set.bricks()) {
     const VoxelBox box = grid.box(grid.brick(linear));
@@ -32,9 +35,7 @@ ElementSet movable(const ElementSet& set, const MaterialField& materials, Anchor
         for (int x = box.lo.x; x < box.hi.x; ++x) {
           const VoxelIndex voxel{x, y, z};
           if (!mask->test(static_cast<std::size_t>(element_in_brick(voxel)))) continue;
-          if (faces_of(voxel, grid.volume_size()) & anchors.faces) continue;
-          if (materials.table().fixed(materials.at(voxel))) continue;
-          kept.insert(voxel, grid);
+          if (keep(voxel)) kept.insert(voxel, grid);
         }
       }
     }
@@ -42,56 +43,84 @@ ElementSet movable(const ElementSet& set, const MaterialField& materials, Anchor
   return kept;
 }
 
-}  // namespace
-
-bool Deformer::Handle::has(const std::string& name) const {
-  return std::find(names.begin(), names.end(), name) != names.end();
+// A carved element has no links: moving it would move nothing.
+ElementSet not_carved(ElementSet set, const Cuts& cuts) {
+  if (cuts.empty()) return set;
+  return filtered(set, cuts.grid(), [&](VoxelIndex voxel) { return !cuts.carved(voxel); });
 }
 
-Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors)
-    : materials_(volume, std::move(materials)),
-      volume_(std::move(volume)),
-      anchors_(anchors),
-      cuts_(volume_.size()),
-      lattice_(volume_.size()) {}
+// Grabbing skin over bone must not hold on to the bone.
+ElementSet movable(const ElementSet& set, const MaterialField& materials, AnchorRules anchors,
+                   const BrickGrid& grid) {
+  return filtered(set, grid, [&](VoxelIndex voxel) {
+    return !(faces_of(voxel, grid.volume_size()) & anchors.faces) &&
+           !materials.table().fixed(materials.at(voxel));
+  });
+}
 
-void Deformer::set_materials(MaterialTable table) {
-  materials_ = MaterialField(volume_, std::move(table));
+std::string text_of(VoxelIndex voxel) {
+  return "(" + std::to_string(voxel.x) + ", " + std::to_string(voxel.y) + ", " +
+         std::to_string(voxel.z) + ")";
+}
+
+}  // namespace
+
+Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
+                   const DeformerOptions& options)
+    : volume_(std::move(volume)),
+      anchors_(anchors),
+      now_{Lattice(volume_.size()),
+           Cuts(volume_.size()),
+           {},
+           std::make_shared<const MaterialTable>(std::move(materials))},
+      materials_(volume_, *now_.materials) {
+  if (options.lattice_memory_bytes) memory_.emplace(*options.lattice_memory_bytes);
+  if (options.undo_memory_bytes) history_.emplace(*options.undo_memory_bytes);
+}
+
+void Deformer::use_materials() { materials_ = MaterialField(volume_, *now_.materials); }
+
+Result<void> Deformer::set_materials(MaterialTable table) {
+  if (stroke_) return Error{ErrorKind::usage, "materials cannot change during a drag"};
+  const Deformation before = now_;
+  now_.materials = std::make_shared<const MaterialTable>(std::move(table));
+  use_materials();
+  record_step(before);
+  return {};
 }
 
 Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, std::string name) {
   if (stroke_) return Error{ErrorKind::usage, "drag: a stroke is on already"};
   if (!contains(volume_.size(), element)) {
-    return Error{ErrorKind::usage, "drag: voxel (" + std::to_string(element.x) + ", " +
-                                       std::to_string(element.y) + ", " +
-                                       std::to_string(element.z) + ") lies outside the volume"};
+    return Error{ErrorKind::usage, "drag: voxel " + text_of(element) + " lies outside the volume"};
   }
   if (!(radius_voxels >= 0.0) || !std::isfinite(radius_voxels)) {
     return Error{ErrorKind::usage, "drag: expected a radius >= 0"};
   }
-  const BrickGrid& grid = lattice_.grid();
-  Stroke stroke;
-  stroke.before = {lattice_, handles_};
-  const ElementSet ball = ball_of_elements(element, radius_voxels, grid);
+  const BrickGrid& grid = now_.lattice.grid();
+  const ElementSet ball = not_carved(ball_of_elements(element, radius_voxels, grid), now_.cuts);
+  if (ball.empty()) {
+    return Error{ErrorKind::usage, "drag: all that could be grabbed at voxel " + text_of(element) +
+                                       " is carved away"};
+  }
   ElementSet grabbed = movable(ball, materials_, anchors_, grid);
   // All of it fixed: grab it as it is, and let the drag say that it is held.
   if (grabbed.empty()) grabbed = ball;
   std::vector<std::string> names;
-  std::vector<Handle> others;
-  for (Handle& handle : handles_) {
-    if (handle.elements.intersects(ball)) {
-      grabbed.insert(handle.elements);
-      names.insert(names.end(), handle.names.begin(), handle.names.end());
+  Handles others;
+  for (const auto& handle : now_.handles) {
+    if (handle->elements.intersects(ball)) {
+      grabbed.insert(not_carved(handle->elements, now_.cuts));
+      names.insert(names.end(), handle->names.begin(), handle->names.end());
     } else {
-      others.push_back(std::move(handle));
+      others.push_back(handle);
     }
   }
   const auto taken = [&](const std::string& wanted) {
     return std::any_of(others.begin(), others.end(),
-                       [&](const Handle& handle) { return handle.has(wanted); });
+                       [&](const auto& handle) { return handle->has(wanted); });
   };
   if (!name.empty() && taken(name)) {
-    handles_ = std::move(stroke.before.handles);
     return Error{ErrorKind::usage, "drag: another handle is named \"" + name + "\""};
   }
   for (int n = 1; name.empty() && names.empty(); ++n) {
@@ -101,10 +130,13 @@ Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, st
   if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) {
     names.push_back(std::move(name));
   }
-  handles_ = std::move(others);
+  Stroke stroke;
+  stroke.before = now_;
+  now_.handles = std::move(others);
   stroke.pinned = std::make_unique<ElementSet>(pinned_elements());
-  stroke.furthest_voxels = furthest_voxels(lattice_);
-  stroke.bricks = std::make_unique<StrokeBricks>(materials_, cuts_, *stroke.pinned, anchors_);
+  stroke.furthest_voxels = furthest_voxels(now_.lattice);
+  stroke.bricks =
+      std::make_unique<StrokeBricks>(materials_, now_.cuts, *stroke.pinned, anchors_);
   stroke.handle = {std::move(names), std::move(grabbed)};
   stroke_ = std::move(stroke);
   return {};
@@ -121,95 +153,153 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
   const Stopwatch begin;
-  const ChainMailProblem problem{stroke_->before.lattice, *stroke_->bricks,
-                                 stroke_->handle.elements};
-  ChainMailAnswer answer = solve_chainmail(problem, by, pool);
-  lattice_ = std::move(answer.lattice);
+  const Lattice& start = stroke_->before.lattice;
+  const ChainMailProblem problem{start, *stroke_->bricks, stroke_->handle.elements};
   DragReport report;
-  report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
-  report.clamped = answer.clamped;
-  report.elements_moved = answer.elements_moved;
+  try {
+    ChainMailAnswer answer = solve_chainmail(problem, by, pool);
+    if (memory_) {
+      if (auto fits = memory_->check(start, answer.lattice); !fits) {
+        return Error{fits.error().kind, "drag: " + fits.error().message};
+      }
+    }
+    now_.lattice = std::move(answer.lattice);
+    if (memory_) memory_->take_in(start, now_.lattice);
+    report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
+    report.clamped = answer.clamped;
+    report.elements_moved = answer.elements_moved;
+  } catch (const Failure& failure) {
+    return failure.error();
+  }
   report.seconds = begin.seconds();
   return report;
 }
 
 void Deformer::end_stroke() {
   if (!stroke_) return;
-  undo_.push_back(std::move(stroke_->before));
-  redo_.clear();
-  handles_.push_back(std::move(stroke_->handle));
+  now_.handles.push_back(std::make_shared<const Handle>(std::move(stroke_->handle)));
+  const Deformation before = std::move(stroke_->before);
   stroke_.reset();
+  record_step(before);
 }
 
 void Deformer::cancel_stroke() {
   if (!stroke_) return;
-  lattice_ = std::move(stroke_->before.lattice);
-  handles_ = std::move(stroke_->before.handles);
+  now_ = std::move(stroke_->before);
   stroke_.reset();
 }
 
+Result<void> Deformer::cut(const CutSurface& surface) {
+  if (stroke_) return Error{ErrorKind::usage, "cut: a stroke is on"};
+  auto cuts = cut_along(now_.cuts, now_.lattice, surface);
+  if (!cuts) return cuts.error();
+  take_over(*std::move(cuts));
+  return {};
+}
+
+Result<void> Deformer::check_ball(const char* action, glm::dvec3 center, double radius) const {
+  const auto refuse = [&](const char* sentence) {
+    return Error{ErrorKind::usage, std::string(action) + ": " + sentence};
+  };
+  if (stroke_) return refuse("a stroke is on");
+  if (!(radius >= 0.0) || !std::isfinite(radius)) return refuse("expected a radius >= 0");
+  for (int c = 0; c < 3; ++c) {
+    if (!std::isfinite(center[c])) return refuse("expected a finite centre");
+  }
+  return {};
+}
+
+Result<void> Deformer::carve(glm::dvec3 center_voxel, double radius_voxels) {
+  if (auto checked = check_ball("carve", center_voxel, radius_voxels); !checked) return checked;
+  take_over(maille::carve(now_.cuts, now_.lattice, center_voxel, radius_voxels));
+  return {};
+}
+
+Result<void> Deformer::restore(glm::dvec3 center_voxel, double radius_voxels) {
+  if (auto checked = check_ball("restore", center_voxel, radius_voxels); !checked) return checked;
+  take_over(maille::restore(now_.cuts, now_.lattice, center_voxel, radius_voxels));
+  return {};
+}
+
+void Deformer::take_over(Cuts cuts) {
+  bool changed = false;
+  Cuts::for_each_difference(now_.cuts, cuts, [&](std::int64_t) { changed = true; });
+  if (!changed) return;
+  const Deformation before = now_;
+  now_.cuts = std::move(cuts);
+  record_step(before);
+}
+
 Result<void> Deformer::release(const std::string& name) {
-  const auto found =
-      std::find_if(handles_.begin(), handles_.end(), [&](const Handle& h) { return h.has(name); });
-  if (found == handles_.end()) {
+  if (stroke_) return Error{ErrorKind::usage, "release: a stroke is on"};
+  const auto found = std::find_if(now_.handles.begin(), now_.handles.end(),
+                                  [&](const auto& handle) { return handle->has(name); });
+  if (found == now_.handles.end()) {
     std::string known;
     for (const std::string& n : handle_names()) known += (known.empty() ? "\"" : ", \"") + n + "\"";
     return Error{ErrorKind::usage, "release: no handle is named \"" + name + "\"; " +
                                        (known.empty() ? "there are none" : "there are " + known)};
   }
-  mark_undo_step();
-  handles_.erase(found);
+  const Deformation before = now_;
+  now_.handles.erase(found);
+  record_step(before);
   return {};
 }
 
 void Deformer::release_all() {
-  if (handles_.empty()) return;
-  mark_undo_step();
-  handles_.clear();
+  if (stroke_ || now_.handles.empty()) return;
+  const Deformation before = now_;
+  now_.handles.clear();
+  record_step(before);
 }
 
 std::vector<std::string> Deformer::handle_names() const {
   std::vector<std::string> names;
-  for (const Handle& handle : handles_) {
-    names.insert(names.end(), handle.names.begin(), handle.names.end());
+  for (const auto& handle : now_.handles) {
+    names.insert(names.end(), handle->names.begin(), handle->names.end());
   }
   return names;
 }
 
 ElementSet Deformer::pinned_elements() const {
   ElementSet pinned;
-  for (const Handle& handle : handles_) pinned.insert(handle.elements);
+  for (const auto& handle : now_.handles) pinned.insert(handle->elements);
   return pinned;
 }
 
 Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
   ElementSet held = pinned_elements();
   if (stroke_) held.insert(stroke_->handle.elements);
-  return Relaxation(lattice_, materials_, held, anchors_, pool, options);
+  return Relaxation(now_.lattice, materials_, now_.cuts, held, anchors_, pool, options);
 }
 
-void Deformer::adopt(Lattice relaxed) { lattice_ = std::move(relaxed); }
-
-void Deformer::mark_undo_step() {
-  undo_.push_back({lattice_, handles_});
-  redo_.clear();
+void Deformer::adopt(Lattice relaxed) {
+  if (memory_) memory_->take_in(now_.lattice, relaxed);
+  const Lattice before = std::exchange(now_.lattice, std::move(relaxed));
+  // A stroke that is on becomes one step as a whole.
+  if (stroke_) return;
+  if (history_) history_->extend(before, now_);
+  if (memory_) memory_->prefer(now_.lattice, before);
 }
 
-bool Deformer::undo() {
-  if (undo_.empty() || stroke_) return false;
-  redo_.push_back({std::move(lattice_), std::move(handles_)});
-  lattice_ = std::move(undo_.back().lattice);
-  handles_ = std::move(undo_.back().handles);
-  undo_.pop_back();
-  return true;
+void Deformer::mark_undo_step() { record_step(now_); }
+
+void Deformer::record_step(const Deformation& before) {
+  if (stroke_) return;
+  if (history_) history_->record(before, now_);
+  if (memory_) memory_->prefer(now_.lattice, before.lattice);
 }
 
-bool Deformer::redo() {
-  if (redo_.empty() || stroke_) return false;
-  undo_.push_back({std::move(lattice_), std::move(handles_)});
-  lattice_ = std::move(redo_.back().lattice);
-  handles_ = std::move(redo_.back().handles);
-  redo_.pop_back();
+bool Deformer::undo() { return walk(&History::undo); }
+
+bool Deformer::redo() { return walk(&History::redo); }
+
+bool Deformer::walk(bool (History::*step)(Deformation&)) {
+  if (!history_ || stroke_) return false;
+  const Deformation before = now_;
+  if (!((*history_).*step)(now_)) return false;
+  if (now_.materials != before.materials) use_materials();
+  if (memory_) memory_->prefer(now_.lattice, before.lattice);
   return true;
 }
 

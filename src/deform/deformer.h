@@ -1,4 +1,4 @@
-// Everything done to a lattice, as a person does it: grab, drag, let go, relax, undo.
+// Everything done to a lattice, as a person does it: grab, drag, let go, cut, carve, relax, undo.
 //
 // A stroke is a function of the lattice at button-down and the total drag: moving the pointer back
 // un-deforms, cancelling restores to the bit. Letting go leaves the handle pinned until released.
@@ -10,10 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "core/parallel.h"
 #include "core/result.h"
 #include "deform/anchors.h"
 #include "deform/chainmail.h"
-#include "deform/lattice.h"
+#include "deform/cut_surface.h"
+#include "deform/deformation.h"
+#include "deform/history.h"
+#include "deform/lattice_memory.h"
 #include "deform/relaxation.h"
 #include "material/material_field.h"
 
@@ -26,53 +30,68 @@ struct DragReport {
   double seconds = 0.0;  // of solving
 };
 
+struct DeformerOptions {
+  // What undo and redo may hold, as History counts it. None: no step is kept.
+  std::optional<std::int64_t> undo_memory_bytes = std::int64_t{1} << 30;
+  // What displacements may take in memory, undo steps included; the rest goes to a scratch file.
+  // None: as much as they need.
+  std::optional<std::int64_t> lattice_memory_bytes = std::nullopt;
+};
+
 class Deformer {
  public:
-  Deformer(Volume volume, MaterialTable materials, AnchorRules anchors);
+  Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
+           const DeformerOptions& options = {});
 
-  const Lattice& lattice() const { return lattice_; }
+  const Lattice& lattice() const { return now_.lattice; }
+  const Cuts& cuts() const { return now_.cuts; }
   const MaterialField& materials() const { return materials_; }
-  // Acts on the running scene: the next drag or relaxation uses it. Not during a stroke.
-  void set_materials(MaterialTable table);
+  // Acts on the running scene: the next drag or relaxation uses it. One undo step. Errors: usage (a
+  // stroke is on).
+  Result<void> set_materials(MaterialTable table);
 
-  // Grabs the elements within radius_voxels (rest space) of an element; pinned handles that the
-  // ball touches are grabbed along, and the handle answers to their names too. Errors: usage
-  // (outside the volume, radius not a number >= 0, a name that another handle has, a stroke already
-  // on).
+  // Grabs the elements within radius_voxels (rest space) of an element, without carved ones; pinned
+  // handles that the ball touches are grabbed along, and the handle answers to their names too.
+  // Errors: usage (outside the volume, radius not a number >= 0, all of it carved, a name that
+  // another handle has, a stroke already on).
   Result<void> begin_stroke(VoxelIndex element, double radius_voxels, std::string name = "");
   bool in_stroke() const { return stroke_.has_value(); }
   // by_voxels: the total drag since begin_stroke. Errors: usage (no stroke, not finite, or further
-  // than 10^6 voxels from rest together with the drags before).
+  // than 10^6 voxels from rest together with the drags before); out_of_memory (what moves takes
+  // more than the lattice's memory: it lies as it did before), file_system (the scratch file).
   Result<DragReport> drag_to(glm::dvec3 by_voxels, WorkerPool& pool);
   void end_stroke();     // the handle stays pinned; one undo step
   void cancel_stroke();  // back to the bit
 
-  // Unpins. Errors: usage (no handle of that name; the message lists the names).
+  // What a cut severs, or a ball takes out and puts back, in the lattice as it lies now
+  // (cutting.h, carving.h); each one undo step, unless nothing was there to change. Errors: usage
+  // (a stroke is on; the radius is no number >= 0, the centre not finite; a volume too long to
+  // cut).
+  Result<void> cut(const CutSurface& surface);
+  Result<void> carve(glm::dvec3 center_voxel, double radius_voxels);
+  Result<void> restore(glm::dvec3 center_voxel, double radius_voxels);
+
+  // Unpins; one undo step. Errors: usage (a stroke is on; no handle of that name: the message lists
+  // the names).
   Result<void> release(const std::string& name);
   void release_all();
   std::vector<std::string> handle_names() const;
 
-  // Starts relaxing the lattice as it is now; adopt() takes a state of it over.
+  // Starts relaxing the lattice as it is now; adopt() takes a state of it over, as a part of the
+  // undo step before, and throws Failure where the scratch file fails.
   Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const;
   void adopt(Lattice relaxed);
   // Call before the first adopt() of a relaxation that should be an undo step of its own.
   void mark_undo_step();
 
-  bool undo();  // false: nothing to undo
+  bool undo();  // false: nothing to undo, or a stroke is on
   bool redo();
+  const History* history() const { return history_ ? &*history_ : nullptr; }
+  const LatticeMemory* memory() const { return memory_ ? &*memory_ : nullptr; }
 
  private:
-  struct Handle {
-    std::vector<std::string> names;  // more than one where grabs have merged
-    ElementSet elements;
-    bool has(const std::string& name) const;
-  };
-  struct Snapshot {
-    Lattice lattice;
-    std::vector<Handle> handles;
-  };
   struct Stroke {
-    Snapshot before;
+    Deformation before;
     Handle handle;
     std::unique_ptr<ElementSet> pinned;  // by the other handles
     double furthest_voxels = 0.0;  // from rest, of any element when the stroke began
@@ -80,16 +99,19 @@ class Deformer {
   };
 
   ElementSet pinned_elements() const;
+  Result<void> check_ball(const char* action, glm::dvec3 center, double radius) const;
+  void take_over(Cuts cuts);
+  void record_step(const Deformation& before);
+  bool walk(bool (History::*step)(Deformation&));
+  void use_materials();  // of the present state
 
-  MaterialField materials_;
   Volume volume_;
   AnchorRules anchors_;
-  Cuts cuts_;
-  Lattice lattice_;
-  std::vector<Handle> handles_;
+  Deformation now_;
+  MaterialField materials_;
   std::optional<Stroke> stroke_;
-  std::vector<Snapshot> undo_;
-  std::vector<Snapshot> redo_;
+  std::optional<History> history_;
+  std::optional<LatticeMemory> memory_;
 };
 
 }  // namespace maille

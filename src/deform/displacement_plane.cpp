@@ -110,19 +110,58 @@ DisplacementPlane::Pointer DisplacementPlane::adopt(const Known& known,
 
 void DisplacementPlane::read_row(int row, std::int32_t* u) const {
   const auto first = static_cast<std::size_t>(row) * kBrickEdge;
-  if (offsets_) {
-    const std::uint16_t* offset = &offsets_[first];
+  const auto add_base = [&](const std::uint16_t* offset) {
     for (int x = 0; x < kBrickEdge; ++x) u[x] = base_ + step_ * offset[x];
+  };
+  if (offsets_) {
+    add_base(&offsets_[first]);
   } else if (wide_) {
     std::copy_n(&wide_[first], kBrickEdge, u);
+  } else if (paged_) {
+    const PagedArray::Pin values(*paged_);
+    if (paged_->value_bytes() == sizeof(std::uint16_t)) {
+      add_base(values.as<std::uint16_t>() + first);
+    } else {
+      std::copy_n(values.as<std::int32_t>() + first, kBrickEdge, u);
+    }
   } else {
     std::fill_n(u, kBrickEdge, base_);
   }
 }
 
-std::int64_t DisplacementPlane::bytes() const {
+std::int32_t DisplacementPlane::at_paged(std::size_t element) const {
+  const PagedArray::Pin values(*paged_);
+  if (paged_->value_bytes() == sizeof(std::uint16_t)) {
+    return base_ + step_ * values.as<std::uint16_t>()[element];
+  }
+  return values.as<std::int32_t>()[element];
+}
+
+void DisplacementPlane::page_through(const std::shared_ptr<PlaneStore>& store) const {
+  const auto give = [&](auto& array) {
+    using Value = std::remove_reference_t<decltype(array[0])>;
+    AlignedArray<std::byte> bytes(reinterpret_cast<std::byte*>(array.get()),
+                                  array.get_deleter());
+    array.release();
+    paged_ = std::make_unique<const PagedArray>(store, std::move(bytes), int{sizeof(Value)});
+  };
+  if (offsets_) {
+    give(offsets_);
+  } else if (wide_) {
+    give(wide_);
+  }
+}
+
+std::int64_t DisplacementPlane::array_bytes() const {
+  if (paged_) return paged_->bytes();
   const std::int64_t element = offsets_ ? sizeof(std::uint16_t) : wide_ ? sizeof(std::int32_t) : 0;
-  return std::int64_t{sizeof(DisplacementPlane)} + element * kBrickVoxels;
+  return element * kBrickVoxels;
+}
+
+std::int64_t DisplacementPlane::bytes() const {
+  const auto own = std::int64_t{sizeof(DisplacementPlane)};
+  if (!paged_) return own + array_bytes();
+  return own + std::int64_t{sizeof(PagedArray)} + paged_->bytes_in_memory();
 }
 
 }  // namespace maille

@@ -3,12 +3,17 @@
 // Fixed-point integers of 1/512 voxel. Where all elements agree the plane is one number; where they
 // lie within 128 voxels of one another it is 2 bytes an element beside a common base; 4 bytes only
 // beyond that. A brick that a drag along one axis moved costs 2 bytes an element (the paper: 64).
+//
+// Where lattice memory has a budget, the values live in a PlaneStore, which may put them aside: the
+// first read of a row or element brings them back (and throws Failure where the file gives nothing
+// back). Range and box stay.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 
 #include "core/aligned_array.h"
+#include "deform/plane_store.h"
 #include "volume/brick.h"
 
 namespace maille {
@@ -32,6 +37,8 @@ class DisplacementPlane {
 
   std::int32_t at(int element) const {
     const auto e = static_cast<std::size_t>(element);
+    if (paged_) [[unlikely]]
+      return at_paged(e);
     if (offsets_) return base_ + step_ * offsets_[e];
     return wide_ ? wide_[e] : base_;
   }
@@ -43,14 +50,24 @@ class DisplacementPlane {
   std::int32_t highest() const { return highest_; }
   const VoxelBox& moved() const { return moved_; }
 
-  bool constant() const { return !offsets_ && !wide_; }
-  std::int64_t bytes() const;
+  bool constant() const { return !offsets_ && !wide_ && !paged_; }
+  std::int64_t array_bytes() const;  // of the values, in memory or put aside
+  std::int64_t bytes() const;        // of all of it, in memory now
+
+  // From here on the values are the store's. Call before any other thread knows the plane, for
+  // planes that are not constant; a second call does nothing.
+  void page_through(const std::shared_ptr<PlaneStore>& store) const;
+  const PagedArray* paged() const { return paged_.get(); }  // null: they are not
 
  private:
+  std::int32_t at_paged(std::size_t element) const;
+
   std::int32_t base_ = 0;
   std::int32_t step_ = 1;  // labels of a drag downwards are offsets downwards, and stay as they are
-  AlignedArray<std::uint16_t> offsets_;  // at most one of the two
-  AlignedArray<std::int32_t> wide_;
+  // At most one of the three. Mutable, for it is only where they lie that page_through() changes.
+  mutable AlignedArray<std::uint16_t> offsets_;
+  mutable AlignedArray<std::int32_t> wide_;
+  mutable std::unique_ptr<const PagedArray> paged_;
   std::int32_t lowest_ = 0;
   std::int32_t highest_ = 0;
   VoxelBox moved_;

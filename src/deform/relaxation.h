@@ -10,6 +10,10 @@
 // Laplacian at any stretch, so a step of g_i * step / sum_j k_ij with step < 1 lowers the energy
 // from any state at any ratio of stiffness.
 //
+// No spring crosses a cut or ends at a carved element (missing_springs.h has the rule): what is
+// left of an element's springs makes its energy, its safe step and its force. Carved elements, and
+// any that nothing holds, stay where they are.
+//
 // Work follows an active list of bricks, looked through once in 16 sweeps: a brick in which nothing
 // moves by more than a thousandth of the tolerance rests, until something moves more at the face of
 // a brick beside it.
@@ -20,6 +24,7 @@
 
 #include "core/parallel.h"
 #include "deform/anchors.h"
+#include "deform/cuts.h"
 #include "deform/lattice.h"
 #include "material/material_field.h"
 
@@ -47,9 +52,11 @@ struct RelaxationProgress {
 
 class Relaxation {
  public:
-  // held: elements that stay where they are (handles, pins). The field must outlive this.
-  Relaxation(const Lattice& start, const MaterialField& materials, const ElementSet& held,
-             AnchorRules anchors, WorkerPool& pool, const RelaxationOptions& options);
+  // held: elements that stay where they are (handles, pins). The field must outlive this; start and
+  // cuts are of its volume.
+  Relaxation(const Lattice& start, const MaterialField& materials, const Cuts& cuts,
+             const ElementSet& held, AnchorRules anchors, WorkerPool& pool,
+             const RelaxationOptions& options);
   ~Relaxation();
   Relaxation(Relaxation&&) noexcept;
 

@@ -37,15 +37,19 @@ Springs springs_of(glm::dvec3 spacing_mm) {
   return springs;
 }
 
-MAILLE_FOR_SEVERAL_WIDTHS
-void add_up_forces(const HaloRow& row, const Springs& springs, float rest_vector_blend,
-                   RowForces& forces) {
+namespace {
+
+template <bool kSomeMissing>
+[[gnu::always_inline]] inline void add_up(const HaloRow& row, const Springs& springs,
+                                          float rest_vector_blend, const std::uint32_t* missing,
+                                          RowForces& forces) {
   // By value: through the references the compiler must fear that a force overwrites its inputs.
   const HaloRow in = row;
   float force_x[kBrickEdge] = {};
   float force_y[kBrickEdge] = {};
   float force_z[kBrickEdge] = {};
   const float plain = 1.0f - rest_vector_blend;
+  [[maybe_unused]] std::uint32_t bit = 1;
   for (const Spring& spring : springs) {
     const int j = spring.halo_step;
     const float rest_x = spring.rest_mm.x;
@@ -59,7 +63,8 @@ void add_up_forces(const HaloRow& row, const Springs& springs, float rest_vector
       const float p_x = rest_x + du_x;
       const float p_y = rest_y + du_y;
       const float p_z = rest_z + du_z;
-      const float k = 2.0f / (in.compliance[x] + in.compliance[x + j]);
+      float k = 2.0f / (in.compliance[x] + in.compliance[x + j]);
+      if constexpr (kSomeMissing) k = missing[x] & bit ? 0.0f : k;
       // A pair at zero distance has no direction: p is 0, and so is its force.
       const float length = std::sqrt(p_x * p_x + p_y * p_y + p_z * p_z + 1e-30f);
       const float along = plain * k * (1.0f - rest_length / length);
@@ -68,12 +73,27 @@ void add_up_forces(const HaloRow& row, const Springs& springs, float rest_vector
       force_y[x] -= along * p_y + straight * du_y;
       force_z[x] -= along * p_z + straight * du_z;
     }
+    if constexpr (kSomeMissing) bit <<= 1;
   }
   for (int x = 0; x < kBrickEdge; ++x) {
     forces.x[x] = force_x[x];
     forces.y[x] = force_y[x];
     forces.z[x] = force_z[x];
   }
+}
+
+}  // namespace
+
+MAILLE_FOR_SEVERAL_WIDTHS
+void add_up_forces(const HaloRow& row, const Springs& springs, float rest_vector_blend,
+                   RowForces& forces) {
+  add_up<false>(row, springs, rest_vector_blend, nullptr, forces);
+}
+
+MAILLE_FOR_SEVERAL_WIDTHS
+void add_up_forces_left(const HaloRow& row, const Springs& springs, float rest_vector_blend,
+                        const std::uint32_t* missing, RowForces& forces) {
+  add_up<true>(row, springs, rest_vector_blend, missing, forces);
 }
 
 }  // namespace maille

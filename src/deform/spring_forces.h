@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "core/spaces.h"
 #include "volume/brick.h"
@@ -44,5 +45,10 @@ struct RowForces {
 // when the program is loaded; every operation is rounded alike in all of them, so are the results.
 void add_up_forces(const HaloRow& row, const Springs& springs, float rest_vector_blend,
                    RowForces& forces);
+
+// The same without the springs that are missing: a bit a spring, for each element of the row.
+// Apart, so that rows without cuts pay nothing for it.
+void add_up_forces_left(const HaloRow& row, const Springs& springs, float rest_vector_blend,
+                        const std::uint32_t* missing, RowForces& forces);
 
 }  // namespace maille

@@ -1,9 +1,10 @@
 // Links whose two elements are outside their limits, counted over the bricks that hold elements and
-// the ones beside them. Knows nothing of how the lattice was made.
+// the ones beside them; a removed link is none. Knows nothing of how the lattice was made.
 #pragma once
 
 #include <cstdint>
 
+#include "deform/cuts.h"
 #include "deform/lattice.h"
 #include "material/material_field.h"
 
@@ -14,6 +15,6 @@ struct Violations {
   double worst_voxels = 0.0;
 };
 
-Violations violations_of(const Lattice& lattice, const MaterialField& materials);
+Violations violations_of(const Lattice& lattice, const MaterialField& materials, const Cuts& cuts);
 
 }  // namespace maille

@@ -58,7 +58,13 @@ TEST(Scene, ReadsEveryKey) {
       {"drag": {"from": {"pixel": [100, 50.5]}, "by_mm": [1, 0, 0]}},
       {"relax": {"until_voxels": 0.02, "at_most_seconds": 1}},
       {"render": {"to": "a/after.png"}}, {"release": {"name": "nose"}}, {"undo": 2}, {"redo": 1},
-      {"save": {"volume": "/tmp/v.nrrd", "field": "f.nrrd"}}]})",
+      {"save": {"volume": "/tmp/v.nrrd", "field": "f.nrrd"}},
+      {"cut": {"polygon_mm": [[0, 0, 0], [10, 0, 0], [10, 10, 0]]}},
+      {"cut": {"disc": {"center_voxel": [1, 2, 3], "normal": [0, 0, 2], "radius_mm": 4}}},
+      {"cut": {"sweep": {"path_voxel": [[1, 2, 3], [4, 5, 6]], "direction": [0, 1, 0],
+                         "depth_mm": 7}}},
+      {"carve": {"center_mm": [1, 2, 3], "radius_voxels": 4}},
+      {"restore": {"center_voxel": [1, 2, 3], "radius_voxels": 5}}]})",
                                   "dir/scene.json");
   ASSERT_TRUE(parsed.ok()) << parsed.error().message;
   const Scene& scene = *parsed;
@@ -80,7 +86,7 @@ TEST(Scene, ReadsEveryKey) {
   EXPECT_EQ(scene.render.iso_value, -300.0);
   EXPECT_FALSE(scene.render.shading);
   EXPECT_EQ(scene.camera.target_mm, glm::dvec3(1, 2, 3));
-  ASSERT_EQ(scene.actions.size(), 8u);
+  ASSERT_EQ(scene.actions.size(), 13u);
   const auto& drag = std::get<DragAction>(scene.actions[0]);
   EXPECT_EQ(std::get<FromVoxel>(drag.from).voxel, glm::dvec3(1, 2, 3));
   EXPECT_EQ(drag.by, glm::dvec3(0, -5, 0));
@@ -95,10 +101,28 @@ TEST(Scene, ReadsEveryKey) {
   EXPECT_EQ(std::get<UndoAction>(scene.actions[5]).count, 2);
   EXPECT_EQ(std::get<SaveAction>(scene.actions[7]).volume, "/tmp/v.nrrd");
   EXPECT_EQ(std::get<SaveAction>(scene.actions[7]).field, "dir/f.nrrd");
+  const auto surface = [&](std::size_t i) { return std::get<CutAction>(scene.actions[i]).surface; };
+  const auto polygon = std::get<CutPolygon>(surface(8));
+  ASSERT_EQ(polygon.corners.size(), 3u);
+  EXPECT_TRUE(polygon.corners[2].is_mm);
+  EXPECT_EQ(polygon.corners[2].at, glm::dvec3(10, 10, 0));
+  const auto disc = std::get<CutDisc>(surface(9));
+  EXPECT_FALSE(disc.center.is_mm);
+  EXPECT_EQ(disc.normal, glm::dvec3(0, 0, 2));
+  EXPECT_EQ(disc.radius_mm, 4);
+  const auto sweep = std::get<CutSweep>(surface(10));
+  EXPECT_EQ(sweep.path.size(), 2u);
+  EXPECT_EQ(sweep.depth_mm, 7);
+  EXPECT_TRUE(std::get<CarveAction>(scene.actions[11]).ball.center.is_mm);
+  EXPECT_EQ(std::get<RestoreAction>(scene.actions[12]).ball.radius_voxels, 5);
+  EXPECT_EQ(name_of(scene.actions[8]), "cut");
+  EXPECT_EQ(name_of(scene.actions[11]), "carve");
+  EXPECT_EQ(name_of(scene.actions[12]), "restore");
 }
 
 TEST(Scene, RefusalsNameFilePathAndExpectation) {
-  const std::string known = " (known: drag, relax, render, release, undo, redo, save)";
+  const std::string known =
+      " (known: drag, relax, cut, carve, restore, render, release, undo, redo, save)";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"[]", "expected an object, got an array of 0"},
       {R"({"volume": {"file": "x"}, "actoins": []})",
@@ -224,19 +248,50 @@ TEST(Scene, RefusalsNameFilePathAndExpectation) {
        "actions[1].render.to: expected a name ending in .png, got \"a.jpg\""},
       {with_action(R"({"undo": 0})"),
        "actions[1].undo: expected an integer from 1 to 1000000, got 0"},
-      {with_action(R"({"cut": {"polygon_mm": []}})"),
-       "actions[1].cut: not in this version's format yet" + known},
-      {with_action(R"({"carve": {}})"),
-       "actions[1].carve: not in this version's format yet" + known},
-      {with_action(R"({"restore": {}})"),
-       "actions[1].restore: not in this version's format yet" + known},
+      {with_action(R"({"cut": {"polygon_mm": [[0,0,0],[1,0,0]]}})"),
+       "actions[1].cut.polygon_mm: expected an array of at least 3 points, got an array of 2"},
+      {with_action(R"({"cut": {"polygon_voxel": [[0,0,0],[1,0],[1,1,0]]}})"),
+       "actions[1].cut.polygon_voxel[1]: expected an array of 3 numbers, got an array of 2"},
+      {with_action(R"({"cut": {"polygon_voxel": [[0,0,0],[1e9,0,0],[1,1,0]]}})"),
+       "actions[1].cut.polygon_voxel[1][0]: expected a number from -8000000 to 8000000, got "
+       "1000000000.0"},
+      {with_action(R"({"cut": {}})"),
+       "actions[1].cut: expected one of \"polygon_voxel\", \"polygon_mm\", \"disc\" and \"sweep\""},
+      {with_action(R"({"cut": {"disc": {}, "sweep": {}}})"),
+       "actions[1].cut: expected one of \"polygon_voxel\", \"polygon_mm\", \"disc\" and \"sweep\""},
+      {with_action(R"({"cut": {"plane": 1}})"),
+       "actions[1].cut.plane: unknown key (known: polygon_voxel, polygon_mm, disc, sweep)"},
+      {with_action(R"({"cut": {"disc": {"center_mm": [0,0,0], "radius_mm": 1}}})"),
+       "actions[1].cut.disc.normal: missing"},
+      {with_action(R"({"cut": {"disc": {"center_mm": [0,0,0], "normal": [0,0,0],
+                                        "radius_mm": 1}}})"),
+       "actions[1].cut.disc.normal: expected a direction, got no length"},
+      {with_action(R"({"cut": {"disc": {"center_mm": [0,0,0], "center_voxel": [0,0,0],
+                                        "normal": [0,0,1], "radius_mm": 1}}})"),
+       "actions[1].cut.disc: expected \"center_voxel\" or \"center_mm\""},
+      {with_action(R"({"cut": {"disc": {"center_mm": [0,0,0], "normal": [0,0,1],
+                                        "radius_mm": 0}}})"),
+       "actions[1].cut.disc.radius_mm: expected a number > 0, got 0"},
+      {with_action(R"({"cut": {"sweep": {"path_mm": [[0,0,0]], "direction": [0,0,1],
+                                         "depth_mm": 1}}})"),
+       "actions[1].cut.sweep.path_mm: expected an array of at least 2 points, got an array of 1"},
+      {with_action(R"({"cut": {"sweep": {"path_mm": 1, "direction": [0,0,1], "depth_mm": 1}}})"),
+       "actions[1].cut.sweep.path_mm: expected an array of at least 2 points, got 1"},
+      {with_action(R"({"carve": {"center_voxel": [1,2,3]}})"),
+       "actions[1].carve.radius_voxels: missing"},
+      {with_action(R"({"carve": {"radius_voxels": 3}})"),
+       "actions[1].carve: expected \"center_voxel\" or \"center_mm\""},
+      {with_action(R"({"carve": {"center_voxel": [1,2,3], "radius_voxels": -1}})"),
+       "actions[1].carve.radius_voxels: expected a number >= 0, got -1"},
+      {with_action(R"({"restore": {"center_voxel": [1,2,3], "radius": 1}})"),
+       "actions[1].restore.radius: unknown key (known: center_voxel, center_mm, radius_voxels)"},
       {with_action(R"({"explode": {}})"), "actions[1].explode: unknown action" + known},
       {with_action(R"({"undo": 1, "redo": 1})"),
-       "actions[1]: expected an object of one action (drag, relax, render, release, undo, redo, "
-       "save), got an object"},
+       "actions[1]: expected an object of one action (drag, relax, cut, carve, restore, render, "
+       "release, undo, redo, save), got an object"},
       {with_action("3"),
-       "actions[1]: expected an object of one action (drag, relax, render, release, undo, redo, "
-       "save), got 3"},
+       "actions[1]: expected an object of one action (drag, relax, cut, carve, restore, render, "
+       "release, undo, redo, save), got 3"},
       {with(R"("actions": [], "actions": [])"), "actions: the key is there twice"},
       {with(R"("actions": {})"), "actions: expected an array of actions, got an empty object"},
   };
@@ -334,6 +389,10 @@ TEST(Scene, SchemaAndReaderKnowTheSameKeys) {
       {"/$defs/action/properties/relax", action(R"("relax": {"zzz": 1})")},
       {"/$defs/action/properties/render", action(R"("render": {"zzz": 1})")},
       {"/$defs/action/properties/release", action(R"("release": {"zzz": 1})")},
+      {"/$defs/action/properties/cut", action(R"("cut": {"zzz": 1})")},
+      {"/$defs/action/properties/cut/properties/disc", action(R"("cut": {"disc": {"zzz": 1}})")},
+      {"/$defs/action/properties/cut/properties/sweep", action(R"("cut": {"sweep": {"zzz": 1}})")},
+      {"/$defs/ball", action(R"("carve": {"zzz": 1})")},
       {"/$defs/action/properties/save", action(R"("save": {"zzz": 1})")},
   };
   for (const auto& [pointer, text] : objects) {

@@ -69,7 +69,7 @@ TEST(ChainMail, OctahedronInOneMaterial) {
     }
   }
   EXPECT_EQ(answer.elements_moved, moved);
-  EXPECT_EQ(violations_of(answer.lattice, field).links, 0);
+  EXPECT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
 }
 
 TEST(ChainMail, RigidBlockMovesWhole) {
@@ -97,7 +97,7 @@ TEST(ChainMail, RigidBlockMovesWhole) {
       }
     }
   }
-  EXPECT_EQ(violations_of(answer.lattice, field).links, 0);
+  EXPECT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
 }
 
 // Dijkstra's algorithm on one component of the whole lattice in plain arrays: shares no code with
@@ -251,7 +251,7 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
         }
       }
     }
-    ASSERT_EQ(violations_of(answer.lattice, field).links, 0);
+    ASSERT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
     lattice = answer.lattice;
     u = expected.u;
   }
@@ -270,7 +270,7 @@ TEST(ChainMail, StopsExactlyAtAnAnchor) {
   EXPECT_TRUE(report->clamped);
   EXPECT_EQ(report->moved_by_voxels, glm::dvec3(10, 0, 0));
   EXPECT_EQ(deformer.lattice().u({0, 1, 1}), glm::ivec3(0));
-  EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials()).links, 0);
+  EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials(), deformer.cuts()).links, 0);
   const auto within = deformer.drag_to({10, 0, 0}, workers());
   ASSERT_TRUE(within.ok());
   EXPECT_FALSE(within->clamped);
@@ -284,11 +284,11 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   for (int x = 10; x < 32; ++x) brick->u[0][x] = 1024;
   Lattice start(size);
   start.set(0, LatticeBrick::create({{0, 0, 0}, {32, 1, 1}}, *brick));
-  const Violations before = violations_of(start, field);
+  const Violations before = violations_of(start, field, Cuts(field.size()));
   EXPECT_GT(before.links, 0);
   const ChainMailAnswer answer =
       Drag{field, start, {{20, 0, 0}}}.by({3000, 0, 0});
-  const Violations after = violations_of(answer.lattice, field);
+  const Violations after = violations_of(answer.lattice, field, Cuts(field.size()));
   EXPECT_LE(after.links, before.links);
   EXPECT_LE(after.worst_voxels, before.worst_voxels);
 }
@@ -302,7 +302,8 @@ TEST(Deformer, AStrokeIsAFunctionOfItsTotalDrag) {
   ASSERT_TRUE(deformer.begin_stroke({30, 30, 30}, 3, "a").ok());
   ASSERT_TRUE(deformer.drag_to({8, -3, 2}, workers()).ok());
   const Lattice once = deformer.lattice();
-  for (const double x : {2.0, 20.0, -4.0, 8.0}) ASSERT_TRUE(deformer.drag_to({x, -3, 2}, workers()).ok());
+  for (const double x : {2.0, 20.0, -4.0, 8.0})
+    ASSERT_TRUE(deformer.drag_to({x, -3, 2}, workers()).ok());
   EXPECT_TRUE(equal(deformer.lattice(), once));
   ASSERT_TRUE(deformer.drag_to({0, 0, 0}, workers()).ok());
   EXPECT_TRUE(deformer.lattice().at_rest());
@@ -391,7 +392,7 @@ TEST(Deformer, MaterialEditsActOnTheNextDrag) {
     return report->elements_moved;
   };
   EXPECT_EQ(reach(), 10);
-  deformer.set_materials(table({material(0, 1, 0.5, 1.25, 0.2)}));
+  ASSERT_TRUE(deformer.set_materials(table({material(0, 1, 0.5, 1.25, 0.2)})).ok());
   EXPECT_EQ(reach(), 20);
 }
 

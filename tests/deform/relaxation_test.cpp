@@ -3,8 +3,9 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <Eigen/Sparse>
 
+#include "tests/deform/equilibrium.h"
+#include "tests/deform/lattices.h"
 #include "tests/deform/scenes.h"
 
 namespace maille {
@@ -12,32 +13,14 @@ namespace {
 
 using testing::constant_volume;
 using testing::equal;
+using testing::equilibrium;
+using testing::lattice_of;
 using testing::material;
+using testing::workers;
 using testing::random_volume;
 using testing::table;
 
 constexpr AnchorRules kFree{0, true};
-
-Lattice lattice_of(Size3 size, const std::vector<glm::ivec3>& u) {
-  Lattice lattice(size);
-  const BrickGrid& grid = lattice.grid();
-  for (std::int64_t b = 0; b < grid.count(); ++b) {
-    auto brick = std::make_unique<BrickDisplacements>();
-    const VoxelBox box = grid.box(grid.brick(b));
-    for (int z = box.lo.z; z < box.hi.z; ++z) {
-      for (int y = box.lo.y; y < box.hi.y; ++y) {
-        for (int x = box.lo.x; x < box.hi.x; ++x) {
-          for (int c = 0; c < 3; ++c) {
-            brick->u[c][element_in_brick({x, y, z})] =
-                u[static_cast<std::size_t>(linear_index({x, y, z}, size))][c];
-          }
-        }
-      }
-    }
-    lattice.set(b, LatticeBrick::create(box, *brick));
-  }
-  return lattice;
-}
 
 RelaxationProgress run(Relaxation& relaxation, int most_iterations) {
   RelaxationProgress progress = relaxation.progress();
@@ -65,7 +48,7 @@ TEST(Relaxation, SpringPair) {
     RelaxationOptions options;
     options.tolerance_voxels = 1e-4;
     options.rest_vector_blend = blend;
-    Relaxation relaxation(start, field, held, kFree, pool, options);
+    Relaxation relaxation(start, field, Cuts(size), held, kFree, pool, options);
     const auto progress = run(relaxation, 1000);
     EXPECT_TRUE(progress.converged);
     EXPECT_FALSE(progress.energy_ever_rose);
@@ -97,7 +80,7 @@ TEST(Relaxation, HangingBar) {
   WorkerPool pool(2);
   RelaxationOptions options;
   options.tolerance_voxels = 1e-3;
-  Relaxation relaxation(start, field, held, kFree, pool, options);
+  Relaxation relaxation(start, field, Cuts(size), held, kFree, pool, options);
   const auto progress = run(relaxation, 200000);
   EXPECT_TRUE(progress.converged);
   EXPECT_FALSE(progress.energy_ever_rose);
@@ -109,87 +92,6 @@ TEST(Relaxation, HangingBar) {
     share += 0.5 * (compliance(z) + compliance(z - 1));
     EXPECT_NEAR(lattice.displacement_voxels({0, 0, z}).z, pull * share / total, 0.01) << z;
   }
-}
-
-// Newton's method in double precision with a sparse factorisation, written from the energy alone.
-std::vector<glm::dvec3> equilibrium(const Volume& volume, const std::vector<double>& stiffness,
-                                    const std::vector<bool>& held, std::vector<glm::dvec3> u_mm,
-                                    double blend) {
-  const Size3 size = volume.size();
-  const auto index = [&](VoxelIndex v) { return static_cast<int>(linear_index(v, size)); };
-  struct Spring {
-    int i, j;
-    double k;
-    glm::dvec3 rest;  // X_j - X_i
-  };
-  std::vector<Spring> springs;
-  for (int z = 0; z < size.z; ++z) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x) {
-        const VoxelIndex i{x, y, z};
-        for (const glm::ivec3 o :
-             {glm::ivec3(1, 0, 0), glm::ivec3(0, 1, 0), glm::ivec3(0, 0, 1), glm::ivec3(1, 1, 0),
-              glm::ivec3(1, -1, 0), glm::ivec3(1, 0, 1), glm::ivec3(1, 0, -1), glm::ivec3(0, 1, 1),
-              glm::ivec3(0, 1, -1)}) {
-          const VoxelIndex j = i + o;
-          if (!contains(size, j)) continue;
-          const double si = 1.0 / stiffness[static_cast<std::size_t>(volume.value_at(i))];
-          const double sj = 1.0 / stiffness[static_cast<std::size_t>(volume.value_at(j))];
-          springs.push_back(
-              {index(i), index(j), 2.0 / (si + sj), glm::dvec3(o) * volume.spacing_mm()});
-        }
-      }
-    }
-  }
-  const int n = static_cast<int>(u_mm.size());
-  for (int step = 0; step < 60; ++step) {
-    Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * n);
-    std::vector<Eigen::Triplet<double>> entries;
-    for (const Spring& s : springs) {
-      const glm::dvec3 du =
-          u_mm[static_cast<std::size_t>(s.j)] - u_mm[static_cast<std::size_t>(s.i)];
-      const glm::dvec3 p = s.rest + du;
-      const double l = glm::length(p);
-      const double d = glm::length(s.rest);
-      const glm::dvec3 direction = p / l;
-      const glm::dvec3 f = s.k * ((1 - blend) * (l - d) * direction + blend * du);
-      for (int a = 0; a < 3; ++a) {
-        force[3 * s.i + a] += f[a];
-        force[3 * s.j + a] -= f[a];
-        for (int b = 0; b < 3; ++b) {
-          const double same = a == b ? 1.0 : 0.0;
-          const double h = s.k * ((1 - blend) * (direction[a] * direction[b] * (d / l) +
-                                                 same * std::max(0.0, 1 - d / l)) +
-                                  blend * same);
-          entries.emplace_back(3 * s.i + a, 3 * s.i + b, h);
-          entries.emplace_back(3 * s.j + a, 3 * s.j + b, h);
-          entries.emplace_back(3 * s.i + a, 3 * s.j + b, -h);
-          entries.emplace_back(3 * s.j + a, 3 * s.i + b, -h);
-        }
-      }
-    }
-    for (auto& entry : entries) {
-      const bool row = held[static_cast<std::size_t>(entry.row() / 3)];
-      const bool column = held[static_cast<std::size_t>(entry.col() / 3)];
-      if (row || column) entry = {entry.row(), entry.col(), 0.0};
-    }
-    for (int i = 0; i < n; ++i) {
-      if (!held[static_cast<std::size_t>(i)]) continue;
-      for (int a = 0; a < 3; ++a) {
-        force[3 * i + a] = 0.0;
-        entries.emplace_back(3 * i + a, 3 * i + a, 1.0);
-      }
-    }
-    Eigen::SparseMatrix<double> hessian(3 * n, 3 * n);
-    hessian.setFromTriplets(entries.begin(), entries.end());
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(hessian);
-    const Eigen::VectorXd move = solver.solve(force);
-    for (int i = 0; i < n; ++i) {
-      for (int a = 0; a < 3; ++a) u_mm[static_cast<std::size_t>(i)][a] += move[3 * i + a];
-    }
-    if (move.norm() < 1e-11) break;
-  }
-  return u_mm;
 }
 
 class RelaxationReference : public ::testing::TestWithParam<int> {};
@@ -206,7 +108,7 @@ TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
                            material(2, 3, 0.5, 1.6, 0.24, stiffness[2])}),
                     {});
   ASSERT_TRUE(deformer.begin_stroke({4, 4, 3}, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({1.1, -0.4, 0.5}, testing::workers()).ok());
+  ASSERT_TRUE(deformer.drag_to({1.1, -0.4, 0.5}, workers()).ok());
   deformer.end_stroke();
   const ElementSet handle = ball_of_elements({4, 4, 3}, 1, deformer.lattice().grid());
   std::vector<glm::dvec3> start;
@@ -228,7 +130,8 @@ TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
   EXPECT_TRUE(progress.converged);
   EXPECT_FALSE(progress.energy_ever_rose);
   EXPECT_LE(progress.energy_last, progress.energy_first);
-  const auto expected = equilibrium(volume, stiffness, held, start, options.rest_vector_blend);
+  const auto expected =
+      equilibrium(volume, stiffness, Cuts(size), held, start, options.rest_vector_blend);
   const Lattice lattice = relaxation.lattice();
   double worst = 0.0;
   std::size_t i = 0;
@@ -256,7 +159,7 @@ TEST(Relaxation, SameBitsForAnyNumberOfThreads) {
     Deformer deformer(
         volume, table({material(0, 1, 0.4, 2, 0.3, 1), material(1, 2, 0.9, 1.1, 0.05, 50)}), {});
     ASSERT_TRUE(deformer.begin_stroke({40, 35, 33}, 3).ok());
-    ASSERT_TRUE(deformer.drag_to({0, -9, 4}, testing::workers()).ok());
+    ASSERT_TRUE(deformer.drag_to({0, -9, 4}, workers()).ok());
     WorkerPool pool(threads);
     Relaxation relaxation = deformer.relax(pool, {});
     run(relaxation, 40);
@@ -274,7 +177,7 @@ TEST(Relaxation, SpringsBackWhenReleased) {
   const Size3 size{24, 24, 24};
   Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.24)}), {});
   ASSERT_TRUE(deformer.begin_stroke({12, 12, 12}, 1, "pull").ok());
-  ASSERT_TRUE(deformer.drag_to({1.5, 0, 0}, testing::workers()).ok());
+  ASSERT_TRUE(deformer.drag_to({1.5, 0, 0}, workers()).ok());
   deformer.end_stroke();
   ASSERT_TRUE(deformer.release("pull").ok());
   WorkerPool pool(2);

@@ -1,0 +1,137 @@
+#include "deform/history.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace maille {
+namespace {
+
+// The bricks that a table must get back to be what it was before.
+template <class Table>
+std::vector<typename Table::Change> replaced(const Table& before, const Table& now) {
+  std::vector<typename Table::Change> changes;
+  Table::for_each_difference(before, now,
+                             [&](std::int64_t i) { changes.emplace_back(i, before.shared(i)); });
+  return changes;
+}
+
+// Puts bricks in their places and returns those that were there.
+template <class Table>
+std::vector<typename Table::Change> exchange(const std::vector<typename Table::Change>& bricks,
+                                             Table& table) {
+  std::vector<typename Table::Change> taken;
+  taken.reserve(bricks.size());
+  for (const auto& [linear, ignored] : bricks) taken.emplace_back(linear, table.shared(linear));
+  table.set(bricks);
+  return taken;
+}
+
+std::int64_t unshared_bytes(const LatticeBrick* brick, const LatticeBrick* in_its_place) {
+  if (brick == nullptr || brick == in_its_place) return 0;
+  std::int64_t bytes = sizeof(LatticeBrick);
+  for (int c = 0; c < 3; ++c) {
+    const auto& plane = brick->plane(c);
+    if (!plane || (in_its_place != nullptr && plane == in_its_place->plane(c))) continue;
+    bytes += std::int64_t{sizeof(DisplacementPlane)} + plane->array_bytes();
+  }
+  return bytes;
+}
+
+std::int64_t bytes_of(const MaterialTable& table) {
+  const auto count = static_cast<std::int64_t>(table.count());
+  return std::int64_t{sizeof(MaterialTable)} + count * std::int64_t{sizeof(Material)} +
+         count * count * std::int64_t{sizeof(LinkLimits)};
+}
+
+}  // namespace
+
+void History::record(const Deformation& before, const Deformation& now) {
+  for (const Step& step : redo_) bytes_ -= step.bytes;
+  redo_.clear();
+  Step step;
+  step.lattice = replaced(before.lattice, now.lattice);
+  step.cuts = replaced(before.cuts, now.cuts);
+  if (before.handles != now.handles) step.handles = before.handles;
+  if (before.materials != now.materials) step.materials = before.materials;
+  count_bytes(step, now);
+  push(undo_, std::move(step));
+}
+
+void History::extend(const Lattice& before, const Deformation& now) {
+  if (!undo_.empty()) extend(undo_.back(), before, now);
+  if (!redo_.empty()) extend(redo_.back(), before, now);
+  hold_budget();
+}
+
+void History::extend(Step& step, const Lattice& before, const Deformation& now) {
+  const auto gone = replaced(before, now.lattice);
+  std::vector<Lattice::Change> all;
+  // Of a brick that both have replaced, what was there first: set_union takes it from the first.
+  std::set_union(step.lattice.begin(), step.lattice.end(), gone.begin(), gone.end(),
+                 std::back_inserter(all),
+                 [](const auto& a, const auto& b) { return a.first < b.first; });
+  step.lattice = std::move(all);
+  bytes_ -= step.bytes;
+  count_bytes(step, now);
+  bytes_ += step.bytes;
+}
+
+bool History::undo(Deformation& now) { return move(undo_, redo_, now); }
+
+bool History::redo(Deformation& now) { return move(redo_, undo_, now); }
+
+bool History::move(std::deque<Step>& from, std::deque<Step>& to, Deformation& now) {
+  if (from.empty()) return false;
+  const Step step = std::move(from.back());
+  from.pop_back();
+  bytes_ -= step.bytes;
+  push(to, take(step, now));
+  return true;
+}
+
+History::Step History::take(const Step& step, Deformation& now) {
+  Step back;
+  back.lattice = exchange(step.lattice, now.lattice);
+  back.cuts = exchange(step.cuts, now.cuts);
+  if (step.handles) back.handles = std::exchange(now.handles, *step.handles);
+  if (step.materials) back.materials = std::exchange(now.materials, step.materials);
+  count_bytes(back, now);
+  return back;
+}
+
+void History::count_bytes(Step& step, const Deformation& now) {
+  step.bytes = sizeof(Step);
+  for (const auto& [linear, brick] : step.lattice) {
+    step.bytes += std::int64_t{sizeof(Lattice::Change)} +
+                  unshared_bytes(brick.get(), now.lattice.brick(linear));
+  }
+  for (const auto& [linear, brick] : step.cuts) {
+    step.bytes += std::int64_t{sizeof(Cuts::Change)} + (brick ? std::int64_t{sizeof(CutBrick)} : 0);
+  }
+  if (step.handles) {
+    for (const auto& handle : *step.handles) {
+      const bool there =
+          std::find(now.handles.begin(), now.handles.end(), handle) != now.handles.end();
+      if (!there) step.bytes += handle->bytes();
+    }
+  }
+  if (step.materials) step.bytes += bytes_of(*step.materials);
+}
+
+void History::push(std::deque<Step>& steps, Step step) {
+  bytes_ += step.bytes;
+  steps.push_back(std::move(step));
+  hold_budget();
+}
+
+void History::hold_budget() {
+  while (bytes_ > budget_bytes_) {
+    auto& steps = undo_.empty() ? redo_ : undo_;
+    bytes_ -= steps.front().bytes;
+    steps.pop_front();
+    ++dropped_steps_;
+  }
+}
+
+}  // namespace maille
