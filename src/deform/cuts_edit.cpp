@@ -28,18 +28,22 @@ bool nothing_removed(const CutBrick& brick) {
 
 const CutBrick* CutsEdit::brick(VoxelIndex voxel) const {
   const std::int64_t linear = cuts_.grid().linear(BrickGrid::brick_of(voxel));
-  const auto found = changed_.find(linear);
-  return found == changed_.end() ? cuts_.brick(linear) : found->second.get();
+  if (linear != current_.linear) {
+    const auto found = changed_.find(linear);
+    CutBrick* own = found == changed_.end() ? nullptr : found->second.get();
+    current_ = {linear, own ? own : cuts_.brick(linear), own};
+  }
+  return current_.brick;
 }
 
 CutBrick& CutsEdit::changing(VoxelIndex voxel) {
-  const std::int64_t linear = cuts_.grid().linear(BrickGrid::brick_of(voxel));
-  auto& slot = changed_[linear];
-  if (!slot) {
-    const CutBrick* before = cuts_.brick(linear);
-    slot = before ? std::make_shared<CutBrick>(*before) : std::make_shared<CutBrick>();
+  const CutBrick* before = brick(voxel);
+  if (!current_.changing) {
+    auto own = before ? std::make_shared<CutBrick>(*before) : std::make_shared<CutBrick>();
+    current_ = {current_.linear, own.get(), own.get()};
+    changed_[current_.linear] = std::move(own);
   }
-  return *slot;
+  return *current_.changing;
 }
 
 bool CutsEdit::carved(VoxelIndex voxel) const {
@@ -72,6 +76,7 @@ Cuts CutsEdit::finish() {
     }
   }
   changed_.clear();
+  current_ = {};
   cuts_.set(changes);
   return cuts_;
 }

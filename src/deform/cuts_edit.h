@@ -25,11 +25,19 @@ class CutsEdit {
   Cuts finish();
 
  private:
+  // The brick last asked for: neighbours nearly always lie in the same one.
+  struct Current {
+    std::int64_t linear = -1;
+    const CutBrick* brick = nullptr;
+    CutBrick* changing = nullptr;  // null: not a copy of our own yet
+  };
+
   const CutBrick* brick(VoxelIndex voxel) const;
   CutBrick& changing(VoxelIndex voxel);
 
   Cuts cuts_;
   std::unordered_map<std::int64_t, std::shared_ptr<CutBrick>> changed_;
+  mutable Current current_;
 };
 
 // Calls f(lower, axis, other) for each link of an element in a volume: its lower element, its axis

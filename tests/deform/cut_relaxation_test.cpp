@@ -60,9 +60,9 @@ TEST(MissingSprings, AreThoseWithoutAWay) {
   cuts = carve(cuts, rest, {31, 31, 31}, 2.5);
   cuts = carve(cuts, rest, {0, 0, 0}, 1.0);
   std::int64_t missing_in_all = 0;
+  std::int64_t brick = -1;
+  std::vector<std::uint32_t> missing;
   for_each_voxel(size, [&](VoxelIndex i) {
-    static std::int64_t brick = -1;
-    static std::vector<std::uint32_t> missing;
     const std::int64_t here = cuts.grid().linear(BrickGrid::brick_of(i));
     if (here != brick) missing = missing_springs(cuts, brick = here, springs);
     const std::uint32_t bits =
@@ -144,11 +144,11 @@ class CutRelaxationReference : public ::testing::TestWithParam<int> {};
 TEST_P(CutRelaxationReference, EndsAtNewtonsEquilibrium) {
   const int seed = GetParam();
   SCOPED_TRACE("seed " + std::to_string(seed));
-  const bool across = seed % 2 == 0;  // a brick border
-  const Size3 size = across ? Size3(37, 7, 8) : Size3(9, 8, 9);
-  const VoxelIndex handle_at = across ? VoxelIndex(31, 3, 4) : VoxelIndex(4, 4, 4);
+  const bool across = seed % 3 == 0;  // a brick border
+  const Size3 size = across ? Size3(35, 6, 7) : Size3(9, 8, 9);
+  const VoxelIndex handle_at = across ? VoxelIndex(31, 3, 3) : VoxelIndex(4, 4, 4);
   const glm::dvec3 spacing_mm{1.0, 0.8, 1.5};
-  const std::vector<double> stiffness{1.0, seed % 3 ? 10.0 : 100.0, 0.3};
+  const std::vector<double> stiffness{1.0, seed % 2 ? 10.0 : 100.0, 0.3};
   const Volume volume = random_volume(size, 3, 2, static_cast<unsigned>(seed), spacing_mm);
   Deformer deformer(volume,
                     table({material(0, 1, 0.5, 1.6, 0.24, stiffness[0]),
@@ -207,7 +207,7 @@ TEST_P(CutRelaxationReference, EndsAtNewtonsEquilibrium) {
   EXPECT_GT(difference, 0.05);  // the cut does matter here
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, CutRelaxationReference, ::testing::Range(1, 9));
+INSTANTIATE_TEST_SUITE_P(Seeds, CutRelaxationReference, ::testing::Range(1, 7));
 
 TEST(CutRelaxation, SameBitsForAnyNumberOfThreads) {
   const Size3 size{80, 70, 66};
@@ -224,7 +224,7 @@ TEST(CutRelaxation, SameBitsForAnyNumberOfThreads) {
   for (const int threads : {1, 2, 3, 8}) {
     WorkerPool pool(threads);
     Relaxation relaxation(start, deformer.materials(), cuts, {}, {}, pool, {});
-    run(relaxation, 40);
+    run(relaxation, 20);
     const Lattice lattice = relaxation.lattice();
     if (!first) {
       first = lattice;

@@ -307,6 +307,21 @@ TEST(Cutting, CollapsedLinksStay) {
   EXPECT_TRUE(cut(flat, polygon(through)).empty());
 }
 
+// A surface far from where both ends of its links rest, and from both bricks' elements.
+TEST(Cutting, LinksStretchedFarBeyondTheirBricks) {
+  const Size3 size{64, 8, 8};
+  for (const int sign : {1, -1}) {
+    std::vector<glm::ivec3> u;  // the upper or the lower brick far away, the other at rest
+    for_each_voxel(size, [&](VoxelIndex v) {
+      u.emplace_back((v.x >= 32) == (sign > 0) ? sign * 200 * kUnitsPerVoxel : 0, 0, 0);
+    });
+    const Lattice lattice = testing::lattice_of(size, u);
+    const Cuts cuts = cut(lattice, polygon(square({sign * 130.2, 4, 4}, {1, 0, 0}, 20)));
+    EXPECT_EQ(removed_links(cuts), 64);
+    EXPECT_TRUE(cuts.removed({31, 7, 7}, 0));
+  }
+}
+
 // One voxel thick, one row, one voxel.
 TEST(Cutting, ThinVolumes) {
   const CutSurface plane = polygon(square({2.5, 0, 0}, {1, 0, 0}, 50));
