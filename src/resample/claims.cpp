@@ -1,28 +1,6 @@
 #include "resample/claims.h"
 
-#include <algorithm>
-
 namespace maille {
-
-glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size) {
-  glm::vec3 rest;
-  for (int c = 0; c < 3; ++c) {
-    const auto b = static_cast<float>(base[c]);
-    rest[c] = base[c] < 0              ? -0.5f + 0.5f * t[c]
-              : base[c] == size[c] - 1 ? b + 0.5f * t[c]
-                                       : b + t[c];
-  }
-  return rest;
-}
-
-float score_of(glm::vec3 t, Float4 element_at, glm::vec3 point, const DeformedVolume& volume) {
-  const glm::vec3 outside = glm::max(-t, t - 1.0f);
-  const float excess = std::max({outside.x, outside.y, outside.z});
-  if (excess > kInside_cells) return kMissPenalty * (1.0f + excess);
-  const glm::vec3 at(element_at[0], element_at[1], element_at[2]);
-  const glm::vec3 away = (at - point) * volume.spacing_mm;
-  return glm::dot(away, away);
-}
 
 std::int64_t BrickClaims::open(const DeformedVolume& volume, std::int64_t brick) {
   score.resize(kBrickVoxels);

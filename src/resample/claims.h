@@ -1,6 +1,7 @@
 // Who claims a voxel: what has been found so far for the voxels of one brick.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -20,6 +21,11 @@ inline constexpr float kMissPenalty = 1e20f;
 // A point this close to an element takes its value unmixed, so that whole-voxel shifts copy.
 inline constexpr float kOnElement_cells = 1e-5f;
 
+inline VoxelIndex voxel_index(std::int64_t linear, Size3 size) {
+  return {static_cast<int>(linear % size.x), static_cast<int>(linear / size.x % size.y),
+          static_cast<int>(linear / size.x / size.y)};
+}
+
 struct Claim {
   float score;           // squared distance to the element in mm, or a penalty: the least wins
   std::int64_t element;  // linear index; the lower wins a tie
@@ -31,10 +37,27 @@ struct Claim {
 };
 
 // Rest position of a point of a cell: its border cells are half a voxel long.
-glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size);
+inline glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size) {
+  glm::vec3 rest;
+  for (int c = 0; c < 3; ++c) {
+    const auto b = static_cast<float>(base[c]);
+    rest[c] = base[c] < 0              ? -0.5f + 0.5f * t[c]
+              : base[c] == size[c] - 1 ? b + 0.5f * t[c]
+                                       : b + t[c];
+  }
+  return rest;
+}
 
 // How well a cell may claim a point that it finds at t, where the claiming element lies now.
-float score_of(glm::vec3 t, Float4 element_at, glm::vec3 point, const DeformedVolume& volume);
+inline float score_of(glm::vec3 t, Float4 element_at, glm::vec3 point,
+                      const DeformedVolume& volume) {
+  const glm::vec3 outside = glm::max(-t, t - 1.0f);
+  const float excess = std::max({outside.x, outside.y, outside.z});
+  if (excess > kInside_cells) return kMissPenalty * (1.0f + excess);
+  const glm::vec3 at(element_at[0], element_at[1], element_at[2]);
+  const glm::vec3 away = (at - point) * volume.spacing_mm;
+  return glm::dot(away, away);
+}
 
 // x fastest, tightly packed.
 struct BrickClaims {

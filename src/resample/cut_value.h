@@ -1,7 +1,9 @@
 // The value of a point of a cut cell: interpolated in the octant that holds it.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "resample/cut_cell.h"
 #include "volume/volume.h"

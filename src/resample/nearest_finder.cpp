@@ -147,10 +147,7 @@ void drop_outside(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
     for (int y = box.lo.y; y < box.hi.y; ++y) {
       for (int x = box.lo.x; x < box.hi.x; ++x, ++i) {
         if (claims.score[i] < 0.0f || claims.score[i] == BrickClaims::kUncovered) continue;
-        const std::int64_t e = claims.element[i];
-        const VoxelIndex element{static_cast<int>(e % size.x),
-                                 static_cast<int>(e / size.x % size.y),
-                                 static_cast<int>(e / size.x / size.y)};
+        const VoxelIndex element = voxel_index(claims.element[i], size);
         const bool border = glm::any(glm::equal(element, VoxelIndex(0))) ||
                             glm::any(glm::equal(element, VoxelIndex(size - 1)));
         if (border &&

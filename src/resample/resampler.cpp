@@ -57,11 +57,6 @@ T trilinear(std::span<const T> voxels, Size3 size, glm::vec3 rest) {
   return stored<T>(mix(y0, y1, t.z));
 }
 
-VoxelIndex voxel_index(std::int64_t linear, Size3 size) {
-  return {static_cast<int>(linear % size.x), static_cast<int>(linear / size.x % size.y),
-          static_cast<int>(linear / size.x / size.y)};
-}
-
 }  // namespace
 
 struct Resampler::State {
