@@ -160,10 +160,10 @@ ViewUpdate Document::take_view() {
   ViewUpdate update;
   if (!plan_.resampling) return update;
   const trace::Span span("prepare view");
-  update.bricks = dirty_bricks(shown_, lattice());
+  update.bricks = dirty_bricks(shown_, Cuts(volume_.size()), lattice(), Cuts(volume_.size()));
   shown_ = lattice();
-  update.resampler =
-      std::make_shared<const Resampler>(volume_, shown_, scene_.resampling, range().lowest);
+  update.resampler = std::make_shared<const Resampler>(volume_, shown_, Cuts(volume_.size()),
+                                                       scene_.resampling, range().lowest);
   return update;
 }
 
@@ -316,8 +316,8 @@ Result<void> Document::redo(int count) {
 Volume Document::deformed_volume() {
   if (!plan_.resampling) return volume_;
   ResampleCounts counts;
-  auto volume =
-      resample_volume(volume_, lattice(), scene_.resampling, range().lowest, pool_, counts);
+  auto volume = resample_volume(volume_, lattice(), Cuts(volume_.size()), scene_.resampling,
+                                range().lowest, pool_, counts);
   statistics_.resample->add(counts);
   return volume;
 }
@@ -329,7 +329,8 @@ Result<void> Document::save(const SaveAction& action) {
   if (!action.field) return {};
   std::vector<glm::vec3> field;
   if (plan_.resampling) {
-    const Resampler resampler(volume_, lattice(), scene_.resampling, range().lowest);
+    const Resampler resampler(volume_, lattice(), Cuts(volume_.size()), scene_.resampling,
+                              range().lowest);
     field = inverse_field_mm(volume_, resampler, pool_);
   } else {
     field.resize(static_cast<std::size_t>(voxel_count(volume_.size())));
@@ -351,7 +352,7 @@ void Document::measure_state() {
   statistics_.memory.peak_rss_bytes = peak_rss_bytes();
   if (!deformer_) return;
   if (options_.measure) {
-    statistics_.resample->folded_cells = count_folded_cells(lattice(), pool_);
+    statistics_.resample->folded_cells = count_folded_cells(lattice(), Cuts(volume_.size()), pool_);
   }
   if (statistics_.cuts) {
     const auto counts = count_removed(deformer_->cuts());

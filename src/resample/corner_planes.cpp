@@ -7,22 +7,18 @@ namespace {
 
 constexpr float kVoxelsFromUnits = 1.0f / kUnitsPerVoxel;
 
-// Rest coordinate of a corner: half a voxel beyond the border for the two that are no element.
-float rest_coordinate(int corner, int size) {
-  return corner < 0       ? -0.5f
-         : corner >= size ? static_cast<float>(size) - 0.5f
-                          : static_cast<float>(corner);
-}
-
 }  // namespace
 
-CornerPlanes::CornerPlanes(const Lattice& lattice, const VoxelBox& cells, glm::ivec3 origin)
+CornerPlanes::CornerPlanes(const Lattice& lattice, const Cuts* cuts, const VoxelBox& cells,
+                           glm::ivec3 origin)
     : lattice_(lattice), cells_(cells), origin_(origin), width_(cells.size().x + 1) {
   const auto height = static_cast<std::size_t>(cells.size().y + 1);
   for (auto& plane : planes_) {
     plane.corners.resize(static_cast<std::size_t>(width_) * height);
     plane.rows.resize(height);
   }
+  if (cuts) cut_rows_.emplace(*cuts, cells);
+  if (cut_rows_ && !cut_rows_->any()) cut_rows_.reset();
   fill(cells.lo.z);
 }
 

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <optional>
 #include <vector>
 
 #include "deform/lattice.h"
+#include "resample/cut_rows.h"
 #include "resample/deformed_cell.h"
 
 namespace maille {
@@ -20,11 +23,22 @@ struct CornerRow {
   int last_moved = -1;
 };
 
+// Cells with all their links are one trilinear map each; the others need a closer look.
+enum class CellKind { whole, cut };
+
+// Rest coordinate of a corner: half a voxel beyond the border for the two that are no element.
+inline float rest_coordinate(int corner, int size) {
+  return corner < 0       ? -0.5f
+         : corner >= size ? static_cast<float>(size) - 0.5f
+                          : static_cast<float>(corner);
+}
+
 // Two planes of corner positions, filled as a walk through a box of cells needs them.
 class CornerPlanes {
  public:
-  // cells: bases, within -1 .. size-1 of the volume. Positions are relative to origin, in voxels.
-  CornerPlanes(const Lattice& lattice, const VoxelBox& cells, glm::ivec3 origin);
+  // cells: bases, within -1 .. size-1 of the volume, those of a brick and a few around it. cuts may
+  // be null. Positions are relative to origin, in voxels.
+  CornerPlanes(const Lattice& lattice, const Cuts* cuts, const VoxelBox& cells, glm::ivec3 origin);
 
   // Makes the planes z and z+1 ready; z must rise by one from call to call.
   void advance_to(int z) { fill(z + 1); }
@@ -33,6 +47,10 @@ class CornerPlanes {
   const CornerRow& row(int y, int z) const {
     return planes_[static_cast<std::size_t>(z & 1)].rows[static_cast<std::size_t>(y - cells_.lo.y)];
   }
+
+  bool any_cut() const { return cut_rows_.has_value(); }
+  // Bit x: cell x of a row is cut.
+  std::uint64_t cut_cells(int y, int z) const { return cut_rows_ ? cut_rows_->cells(y, z) : 0; }
 
  private:
   struct Plane {
@@ -47,6 +65,7 @@ class CornerPlanes {
   VoxelBox cells_;
   glm::ivec3 origin_;
   int width_;
+  std::optional<CutRows> cut_rows_;  // only where something is cut
   Plane planes_[2];
 };
 
@@ -61,7 +80,8 @@ class CellRow {
         first_(std::max(
             0, std::min({a_.first_moved, b_.first_moved, c_.first_moved, d_.first_moved}) - 1)),
         last_(std::min(cells - 1,
-                       std::max({a_.last_moved, b_.last_moved, c_.last_moved, d_.last_moved}))) {}
+                       std::max({a_.last_moved, b_.last_moved, c_.last_moved, d_.last_moved}))),
+        cut_(at_rest() ? 0 : planes.cut_cells(y, z)) {}
 
   bool at_rest() const { return first_ > last_; }
 
@@ -71,20 +91,32 @@ class CellRow {
     return greatest(greatest(a_.highest, b_.highest), greatest(c_.highest, d_.highest));
   }
 
-  // Calls f(x, lowest corner, highest corner) for a stretch of cells that holds all those with a
-  // moved corner (highest corner's fourth lane above 0), x counted from the first cell. Neighbours
-  // share the bounds of the corners between them.
+  // Calls f(x, lowest corner, highest corner) for a stretch of cells that holds all whole ones with
+  // a moved corner (highest corner's fourth lane above 0), x counted from the first cell.
+  // Neighbours share the bounds of the corners between them.
   template <class F>
-  void for_each_moved(F&& f) const {
+  void for_each_whole(F&& f) const {
     if (at_rest()) return;
     Float4 lowest_here = lowest_at(first_);
     Float4 highest_here = highest_at(first_);
     for (int x = first_; x <= last_; ++x) {
       const Float4 lowest_next = lowest_at(x + 1);
       const Float4 highest_next = highest_at(x + 1);
-      f(x, least(lowest_here, lowest_next), greatest(highest_here, highest_next));
+      if (((cut_ >> x) & 1) == 0) {
+        f(x, least(lowest_here, lowest_next), greatest(highest_here, highest_next));
+      }
       lowest_here = lowest_next;
       highest_here = highest_next;
+    }
+  }
+
+  // The same for the cut ones, and exactly those among them that have a moved corner.
+  template <class F>
+  void for_each_cut(F&& f) const {
+    for (std::uint64_t left = cut_; left != 0; left &= left - 1) {
+      const int x = std::countr_zero(left);
+      const Float4 highest = greatest(highest_at(x), highest_at(x + 1));
+      if (highest[3] > 0.0f) f(x, least(lowest_at(x), lowest_at(x + 1)), highest);
     }
   }
 
@@ -107,29 +139,37 @@ class CellRow {
   const CornerRow& d_;
   int first_;
   int last_;
+  std::uint64_t cut_;
 };
 
-// Calls f(cell, base, lowest corner, highest corner) for the cells of a box that have a moved
-// corner and whose row can touch the box from `low` to `high`. Positions are relative to origin.
-template <class F>
-void for_each_moved_cell(const Lattice& lattice, const VoxelBox& cells, glm::ivec3 origin,
-                         glm::vec3 low, glm::vec3 high, F&& f) {
+// Calls f(cell, base, lowest corner, highest corner) for the cells of a kind in a box that have a
+// moved corner and bounds that touch the box from `low` to `high`. cuts may be null. Positions are
+// relative to origin.
+template <CellKind kind = CellKind::whole, class F>
+void for_each_moved_cell(const Lattice& lattice, const Cuts* cuts, const VoxelBox& cells,
+                         glm::ivec3 origin, glm::vec3 low, glm::vec3 high, F&& f) {
   if (cells.empty()) return;
   const auto misses = [&](Float4 lowest, Float4 highest) {
     return lowest[0] > high.x || lowest[1] > high.y || lowest[2] > high.z || highest[0] < low.x ||
            highest[1] < low.y || highest[2] < low.z;
   };
-  CornerPlanes planes(lattice, cells, origin);
+  CornerPlanes planes(lattice, cuts, cells, origin);
+  if (kind == CellKind::cut && !planes.any_cut()) return;
   for (int z = cells.lo.z; z < cells.hi.z; ++z) {
     planes.advance_to(z);
     for (int y = cells.lo.y; y < cells.hi.y; ++y) {
       const CellRow row(planes, y, z, cells.size().x);
       if (row.at_rest() || misses(row.lowest(), row.highest())) continue;
-      row.for_each_moved([&](int x, Float4 lowest, Float4 highest) {
+      const auto visit = [&](int x, Float4 lowest, Float4 highest) {
         if (highest[3] == 0.0f || misses(lowest, highest)) return;
         const DeformedCell cell = row.cell(x);
         f(cell, VoxelIndex(cells.lo.x + x, y, z), lowest, highest);
-      });
+      };
+      if constexpr (kind == CellKind::cut) {
+        row.for_each_cut(visit);
+      } else {
+        row.for_each_whole(visit);
+      }
     }
   }
 }

@@ -17,7 +17,8 @@ class CellPlane {
     clear(cells);
     for (int y = cells.lo.y; y < cells.hi.y; ++y) {
       float* out = row(y - cells.lo.y);
-      CellRow(planes, y, z, width_).for_each_moved([&](int x, Float4 lowest, Float4 highest) {
+      // A cut cell's bounds span the gap: its voxels are found by its octants.
+      CellRow(planes, y, z, width_).for_each_whole([&](int x, Float4 lowest, Float4 highest) {
         const Float4 extent_mm = (highest - lowest) * spacing_mm;
         const Float4 squared = extent_mm * extent_mm;
         out[x] = highest[3] > 0.0f ? 0.25f * (squared[0] + squared[1] + squared[2]) : 0.0f;
@@ -50,7 +51,7 @@ class Offer {
     const Size3 size = volume_.size();
     cells = intersection({cells.lo - 1, cells.hi + 1}, {VoxelIndex(-1), VoxelIndex(size)});
     if (cells.empty()) return;
-    CornerPlanes planes(volume_.lattice, cells, box_.lo);
+    CornerPlanes planes(volume_.lattice, volume_.cuts_or_null(), cells, box_.lo);
     CellPlane below, here;
     below.clear(cells);
     for (int z = cells.lo.z; z < cells.hi.z; ++z) {
@@ -161,6 +162,29 @@ void drop_outside(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
   }
 }
 
+// Kept by thread, as the claims it corrects.
+BrickClaims& covered_of_this_thread() {
+  static thread_local BrickClaims claims;
+  return claims;
+}
+
+// Corrects what distance alone says where cut cells are.
+void keep_to_sides(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
+  BrickClaims& covered = covered_of_this_thread();
+  covered.open(volume, volume.lattice.grid().linear(BrickGrid::brick_of(box.lo)));
+  find_rest(volume, box, covered);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(voxel_count(box.size())); ++i) {
+    if (covered.cut[i] == 0 || covered.score[i] == BrickClaims::kOwned) continue;
+    const bool by_cells = claims.score[i] == BrickClaims::kUncovered ||
+                          covered.score[i] == BrickClaims::kUncovered ||
+                          (covered.cut[i] & BrickClaims::in_octant) != 0;
+    if (!by_cells) continue;
+    claims.score[i] = covered.score[i];
+    claims.element[i] = covered.element[i];
+  }
+  std::swap(claims.cut, covered.cut);
+}
+
 }  // namespace
 
 void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
@@ -172,6 +196,7 @@ void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
     offer.elements_of(cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1)));
   }
   if (border_claims) drop_outside(volume, box, claims);
+  if (volume.cut_in_sight(box)) keep_to_sides(volume, box, claims);
 }
 
 }  // namespace maille

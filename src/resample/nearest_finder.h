@@ -1,7 +1,7 @@
 // Which element lies nearest to a voxel now?
 #pragma once
 
-#include "resample/deformed_volume.h"
+#include "resample/claims.h"
 
 namespace maille {
 
@@ -12,6 +12,9 @@ namespace maille {
 // mean of the cell's corners, weighted by the trilinear map's own weights, and the variance of a
 // mean within bounds of width r is at most r^2/4 along each axis; so some corner lies within half
 // the diagonal of the cell's bounds, folded or not.
+//
+// Distance knows no sides of a cut: in cut cells the octant that holds a voxel decides, with its
+// own element, and where neither an octant nor a whole cell holds the voxel nothing does.
 void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims);
 
 }  // namespace maille

@@ -1,6 +1,9 @@
 #include "resample/reach.h"
 
 #include <algorithm>
+#include <bit>
+
+#include "resample/brick_set.h"
 
 namespace maille {
 namespace {
@@ -8,6 +11,46 @@ namespace {
 int floor_voxels(int units) { return units >> 9; }
 int ceil_voxels(int units) { return -((-units) >> 9); }
 static_assert(kUnitsPerVoxel == 1 << 9);
+
+// The elements of a brick with links or existence that differ; null: nothing is cut or carved.
+VoxelBox changed_elements(const VoxelBox& box, const CutBrick* before, const CutBrick* after) {
+  static const CutBrick kWhole;
+  const CutBrick& a = before ? *before : kWhole;
+  const CutBrick& b = after ? *after : kWhole;
+  VoxelBox changed{box.hi, box.lo};
+  for (int z = box.lo.z; z < box.hi.z; ++z) {
+    for (int y = box.lo.y; y < box.hi.y; ++y) {
+      const auto row = static_cast<std::size_t>((z & 31) * kBrickEdge + (y & 31));
+      std::uint32_t bits = a.carved[row] ^ b.carved[row];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        bits |= a.removed[axis][row] ^ b.removed[axis][row];
+      }
+      if (bits == 0) continue;
+      changed.lo = glm::min(changed.lo, VoxelIndex(box.lo.x + std::countr_zero(bits), y, z));
+      changed.hi = glm::max(changed.hi, VoxelIndex(box.lo.x + std::bit_width(bits), y + 1, z + 1));
+    }
+  }
+  return intersection(changed, box);
+}
+
+// Of all cells at a box of elements or at the links from them.
+Reach reach_around(const Lattice& lattice, const VoxelBox& elements) {
+  const BrickGrid& grid = lattice.grid();
+  Reach reach{{elements.lo - 1, elements.hi}};
+  const BrickIndex lo = BrickGrid::brick_of(glm::max(elements.lo - 1, VoxelIndex(0)));
+  const BrickIndex hi = BrickGrid::brick_of(glm::min(elements.hi, grid.volume_size() - 1));
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x; ++x) {
+        const LatticeBrick* brick = lattice.brick(grid.linear({x, y, z}));
+        if (!brick) continue;
+        reach.u_lowest = glm::min(reach.u_lowest, brick->lowest());
+        reach.u_highest = glm::max(reach.u_highest, brick->highest());
+      }
+    }
+  }
+  return reach;
+}
 
 }  // namespace
 
@@ -45,34 +88,31 @@ Reach reach_of(const Lattice& lattice, std::int64_t linear) {
   return reach;
 }
 
-std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Lattice& after) {
+std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_before,
+                                       const Lattice& after, const Cuts& cuts_after) {
   const BrickGrid& grid = after.grid();
   const Size3 size = grid.volume_size();
-  std::vector<bool> dirty(static_cast<std::size_t>(grid.count()), false);
-  const auto mark = [&](const VoxelBox& voxels) {
-    if (voxels.empty()) return;
-    const BrickIndex lo = BrickGrid::brick_of(voxels.lo);
-    const BrickIndex hi = BrickGrid::brick_of(voxels.hi - 1);
-    for (int z = lo.z; z <= hi.z; ++z) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        for (int x = lo.x; x <= hi.x; ++x) {
-          dirty[static_cast<std::size_t>(grid.linear({x, y, z}))] = true;
-        }
-      }
-    }
-  };
+  BrickSet dirty(grid);
   Lattice::for_each_difference(before, after, [&](std::int64_t b) {
     for (const Lattice* state : {&before, &after}) {
       if (!state->brick(b)) continue;
-      mark(state->brick(b)->moved());  // elements that come to rest own their voxels again
-      mark(reach_of(*state, b).covered(size));
+      dirty.add_over(
+          state->brick(b)->moved());  // elements that come to rest own their voxels again
+      dirty.add_over(reach_of(*state, b).covered(size));
     }
   });
-  std::vector<std::int64_t> list;
-  for (std::int64_t b = 0; b < grid.count(); ++b) {
-    if (dirty[static_cast<std::size_t>(b)]) list.push_back(b);
-  }
-  return list;
+  Cuts::for_each_difference(cuts_before, cuts_after, [&](std::int64_t b) {
+    const VoxelBox changed =
+        changed_elements(grid.box(grid.brick(b)), cuts_before.brick(b), cuts_after.brick(b));
+    if (changed.empty()) return;
+    dirty.add(b);  // elements at rest own their voxels until they are carved
+    for (const Lattice* state : {&before, &after}) {
+      const Reach reach = reach_around(*state, changed);
+      const bool rests = reach.u_lowest == glm::ivec3(0) && reach.u_highest == glm::ivec3(0);
+      if (!rests) dirty.add_over(reach.covered(size));
+    }
+  });
+  return dirty.list();
 }
 
 }  // namespace maille

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "deform/cuts.h"
 #include "deform/lattice.h"
 
 namespace maille {
@@ -23,7 +24,8 @@ struct Reach {
 // The brick must hold elements.
 Reach reach_of(const Lattice& lattice, std::int64_t brick);
 
-// The bricks whose voxels may differ between two states of a lattice, in linear order.
-std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Lattice& after);
+// The bricks whose voxels may differ between two states of a lattice and its cuts, in linear order.
+std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_before,
+                                       const Lattice& after, const Cuts& cuts_after);
 
 }  // namespace maille

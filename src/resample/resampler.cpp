@@ -7,7 +7,9 @@
 
 #include "core/stopwatch.h"
 #include "core/trace.h"
+#include "resample/brick_set.h"
 #include "resample/corner_planes.h"
+#include "resample/cut_value.h"
 #include "resample/nearest_finder.h"
 #include "resample/rest_finder.h"
 
@@ -55,6 +57,11 @@ T trilinear(std::span<const T> voxels, Size3 size, glm::vec3 rest) {
   return stored<T>(mix(y0, y1, t.z));
 }
 
+VoxelIndex voxel_index(std::int64_t linear, Size3 size) {
+  return {static_cast<int>(linear % size.x), static_cast<int>(linear / size.x % size.y),
+          static_cast<int>(linear / size.x / size.y)};
+}
+
 }  // namespace
 
 struct Resampler::State {
@@ -68,8 +75,13 @@ struct Resampler::State {
     const BrickGrid& grid = deformed.lattice.grid();
     return grid.box(grid.brick(brick));
   }
+  bool carved(std::int64_t brick) const {
+    const CutBrick* cuts = deformed.cuts.brick(brick);
+    return cuts && std::any_of(cuts->carved.begin(), cuts->carved.end(),
+                               [](std::uint32_t bits) { return bits != 0; });
+  }
   bool touched(std::int64_t brick) const {
-    if (deformed.lattice.brick(brick)) return true;
+    if (deformed.lattice.brick(brick) || carved(brick)) return true;
     const VoxelBox voxels = box(brick);
     return std::any_of(deformed.entries.begin(), deformed.entries.end(), [&](const auto& entry) {
       return !intersection(entry.covered, voxels).empty();
@@ -97,11 +109,11 @@ void ResampleCounts::timed(double seconds) {
   }
 }
 
-Resampler::Resampler(Volume volume, Lattice lattice, ResampleMethod method,
+Resampler::Resampler(Volume volume, Lattice lattice, Cuts cuts, ResampleMethod method,
                      double background_value) {
-  const glm::dvec3 spacing_mm = volume.spacing_mm();
-  state_ = std::make_unique<State>(State{
-      std::move(volume), DeformedVolume(std::move(lattice), spacing_mm), method, background_value});
+  DeformedVolume deformed(std::move(lattice), std::move(cuts), volume.spacing_mm());
+  state_ = std::make_unique<State>(
+      State{std::move(volume), std::move(deformed), method, background_value});
 }
 
 Resampler::~Resampler() = default;
@@ -124,17 +136,23 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
     } else {
       find_rest(state.deformed, box, claims);
     }
-    counts.background_voxels = std::count(
-        claims.score.begin(), claims.score.begin() + counts.voxels, BrickClaims::kUncovered);
-    if (!state.deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(counts.voxels); ++i) {
+      if (claims.score[i] != BrickClaims::kUncovered) continue;
+      ++counts.background_voxels;
+      const bool by_cut = !claims.cut.empty() && claims.cut[i] != 0;
+      counts.unfilled_voxels += !by_cut && !state.deformed.border_moved;
+    }
   }
   with_voxel_type(state.volume.type(), [&]<class T>() {
     const auto voxels = state.volume.voxels<T>();
     const T background = stored<T>(state.background_value);
     const auto claimed = [&](std::size_t i) {
       if (claims.score[i] == BrickClaims::kUncovered) return background;
-      return nearest ? voxels[static_cast<std::size_t>(claims.element[i])]
-                     : trilinear(voxels, state.size(), claims.rest[i]);
+      if (nearest) return voxels[static_cast<std::size_t>(claims.element[i])];
+      const bool in_octant = !claims.cut.empty() && (claims.cut[i] & BrickClaims::in_octant) != 0;
+      if (!in_octant) return trilinear(voxels, state.size(), claims.rest[i]);
+      const VoxelIndex element = voxel_index(claims.element[i], state.size());
+      return stored<T>(value_in_octant(voxels, state.deformed.cuts, element, claims.rest[i]));
     };
     T row[kBrickEdge] = {};
     std::byte* to = out.data();
@@ -174,24 +192,24 @@ std::optional<glm::dvec3> Resampler::rest_position(glm::dvec3 point_voxel) const
   return rest_position_of(state_->deformed, point_voxel);
 }
 
-std::int64_t count_folded_cells(const Lattice& lattice, WorkerPool& pool) {
+std::int64_t count_folded_cells(const Lattice& lattice, const Cuts& cuts, WorkerPool& pool) {
   const BrickGrid& grid = lattice.grid();
-  std::vector<std::int64_t> folded(static_cast<std::size_t>(grid.count()), 0);
-  pool.for_each(grid.count(), [&](std::int64_t b, int) {
-    // A cell belongs to the brick of its base; its moved corners may lie in the next ones.
-    const BrickIndex brick = grid.brick(b);
-    bool touched = false;
-    for (std::size_t k = 0; k < 8; ++k) {
-      const BrickIndex there = brick + BrickIndex(k & 1, (k >> 1) & 1, (k >> 2) & 1);
-      touched = touched || (grid.contains(there) && lattice.brick(grid.linear(there)));
-    }
-    if (!touched) return;
-    const VoxelBox box = grid.box(brick);
+  // A cell belongs to the brick of its base; its moved corners may lie in the next ones.
+  BrickSet touched(grid);
+  lattice.for_each_brick([&](std::int64_t b, const LatticeBrick&) {
+    const VoxelBox box = grid.box(grid.brick(b));
+    touched.add_over({glm::max(box.lo - 1, VoxelIndex(0)), box.hi});
+  });
+  const std::vector<std::int64_t> bricks = touched.list();
+  const Cuts* const cuts_or_null = cuts.empty() ? nullptr : &cuts;
+  std::vector<std::int64_t> folded(bricks.size(), 0);
+  pool.for_each(static_cast<std::int64_t>(bricks.size()), [&](std::int64_t i, int) {
+    const VoxelBox box = grid.box(grid.brick(bricks[static_cast<std::size_t>(i)]));
     const VoxelBox cells{box.lo, glm::min(box.hi, grid.volume_size() - 1)};
     constexpr float kFar = std::numeric_limits<float>::max();
-    for_each_moved_cell(lattice, cells, box.lo, glm::vec3(-kFar), glm::vec3(kFar),
+    for_each_moved_cell(lattice, cuts_or_null, cells, box.lo, glm::vec3(-kFar), glm::vec3(kFar),
                         [&](const DeformedCell& cell, VoxelIndex, Float4, Float4) {
-                          folded[static_cast<std::size_t>(b)] += cell.folded();
+                          folded[static_cast<std::size_t>(i)] += cell.folded();
                         });
   });
   std::int64_t sum = 0;
@@ -199,10 +217,11 @@ std::int64_t count_folded_cells(const Lattice& lattice, WorkerPool& pool) {
   return sum;
 }
 
-Volume resample_volume(const Volume& volume, const Lattice& lattice, ResampleMethod method,
-                       double background_value, WorkerPool& pool, ResampleCounts& counts) {
+Volume resample_volume(const Volume& volume, const Lattice& lattice, const Cuts& cuts,
+                       ResampleMethod method, double background_value, WorkerPool& pool,
+                       ResampleCounts& counts) {
   const trace::Span span("resample volume");
-  const Resampler resampler(volume, lattice, method, background_value);
+  const Resampler resampler(volume, lattice, cuts, method, background_value);
   const BrickGrid& grid = lattice.grid();
   const std::size_t voxel_bytes = bytes_per_voxel(volume.type());
   auto samples = std::make_shared<std::vector<std::byte>>(volume.bytes().size());

@@ -8,6 +8,8 @@
 //
 // The volume reaches half a voxel beyond its border elements; a voxel that no cell covers gets the
 // background value. An element at rest owns its voxel: untouched volume comes back bit for bit.
+// Where links are removed or elements carved the same holds: material ends half a voxel beyond its
+// last element, and nothing is interpolated across (cut_cell.h).
 #pragma once
 
 #include <memory>
@@ -16,6 +18,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "deform/cuts.h"
 #include "deform/lattice.h"
 #include "resample/reach.h"
 #include "volume/volume.h"
@@ -32,7 +35,8 @@ struct ResampleCounts {
   std::int64_t moved_voxels = 0;       // not owned by an element at rest
   std::int64_t background_voxels = 0;  // covered by no cell
   // Of these, left open though no element of the volume's border has moved, so that nothing can
-  // have left the volume: above 0 there is a bug.
+  // have left the volume, and neither a cut nor carving can have opened them: above 0 there is a
+  // bug.
   std::int64_t unfilled_voxels = 0;
   // Known where each brick was timed: a brick in which nothing moved is a copy.
   std::int64_t copied_voxels = 0;
@@ -46,8 +50,9 @@ struct ResampleCounts {
 
 class Resampler {
  public:
-  // Shares the lattice's bricks; the volume is cheap to copy.
-  Resampler(Volume volume, Lattice lattice, ResampleMethod method, double background_value);
+  // Shares the bricks of the lattice and the cuts; the volume is cheap to copy.
+  Resampler(Volume volume, Lattice lattice, Cuts cuts, ResampleMethod method,
+            double background_value);
   ~Resampler();
   Resampler(Resampler&&) noexcept;
 
@@ -67,11 +72,12 @@ class Resampler {
   std::unique_ptr<State> state_;
 };
 
-// Cells of the lattice with a corner turned inside out.
-std::int64_t count_folded_cells(const Lattice& lattice, WorkerPool& pool);
+// Cells of the lattice with a corner turned inside out. A cut cell holds nothing that could fold.
+std::int64_t count_folded_cells(const Lattice& lattice, const Cuts& cuts, WorkerPool& pool);
 
 // The whole deformed volume, for saving.
-Volume resample_volume(const Volume& volume, const Lattice& lattice, ResampleMethod method,
-                       double background_value, WorkerPool& pool, ResampleCounts& counts);
+Volume resample_volume(const Volume& volume, const Lattice& lattice, const Cuts& cuts,
+                       ResampleMethod method, double background_value, WorkerPool& pool,
+                       ResampleCounts& counts);
 
 }  // namespace maille

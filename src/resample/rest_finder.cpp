@@ -4,39 +4,13 @@
 #include <cmath>
 
 #include "resample/corner_planes.h"
+#include "resample/cut_finder.h"
 
 namespace maille {
 namespace {
 
 // How far rounding may put a point on the wrong side of a cell's bounds.
 constexpr float kBoundsSlack_voxels = 1e-3f;
-// Neighbouring cells share bent faces; where one is inverted by tetrahedra a sliver may belong to
-// neither. The nearest miss within this share of a cell takes such a voxel.
-constexpr float kNearMiss_cells = 0.25f;
-constexpr float kInside_cells = 1e-4f;
-constexpr float kMissPenalty = 1e20f;
-// A point this close to an element takes its value unmixed, so that whole-voxel shifts copy.
-constexpr float kOnElement_cells = 1e-5f;
-
-struct Claim {
-  float score;
-  std::int64_t element;
-  glm::vec3 rest;
-};
-
-float largest(glm::vec3 v) { return std::max(std::max(v.x, v.y), v.z); }
-
-// Rest position of a point of a cell: its border cells are half a voxel long.
-glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size) {
-  glm::vec3 rest;
-  for (int c = 0; c < 3; ++c) {
-    const auto b = static_cast<float>(base[c]);
-    rest[c] = base[c] < 0              ? -0.5f + 0.5f * t[c]
-              : base[c] == size[c] - 1 ? b + 0.5f * t[c]
-                                       : b + t[c];
-  }
-  return rest;
-}
 
 // A point that misses its cell beyond the volume's border is outside the volume.
 bool beyond_border(VoxelIndex base, glm::vec3 t, Size3 size) {
@@ -64,12 +38,7 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
     corner |= static_cast<std::size_t>(upper) << c;
     element[c] += upper;
   }
-  const float excess = largest(glm::max(-*t, *t - 1.0f));
-  const Float4 at = cell.corner[corner];
-  const glm::vec3 away = (glm::vec3(at[0], at[1], at[2]) - point) * volume.spacing_mm;
-  const float score =
-      excess <= kInside_cells ? glm::dot(away, away) : kMissPenalty * (1.0f + excess);
-  return Claim{score, linear_index(element, size),
+  return Claim{score_of(*t, cell.corner[corner], point, volume), linear_index(element, size),
                rest_in_cell(base, glm::clamp(*t, 0.0f, 1.0f), size)};
 }
 
@@ -83,7 +52,8 @@ void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
     const VoxelBox cells = cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1));
     const float slack = only_uncovered ? kNearMiss_cells : 0.0f;
     for_each_moved_cell(
-        volume.lattice, cells, box.lo, glm::vec3(-slack), glm::vec3(extent - 1) + slack,
+        volume.lattice, volume.cuts_or_null(), cells, box.lo, glm::vec3(-slack),
+        glm::vec3(extent - 1) + slack,
         [&](const DeformedCell& cell, VoxelIndex base, Float4 lowest, Float4 highest) {
           // Bounds are half open: a voxel on a face that two cells share is looked at once. One
           // that rounding or a fold leaves out is found by the pass for the uncovered.
@@ -108,13 +78,7 @@ void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
                 if (!inverse) inverse.emplace(cell);
                 const auto claim =
                     claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume, margin);
-                if (!claim || claim->score > claims.score[i] ||
-                    (claim->score == claims.score[i] && claim->element >= claims.element[i])) {
-                  continue;
-                }
-                claims.score[i] = claim->score;
-                claims.element[i] = claim->element;
-                claims.rest[i] = claim->rest;
+                if (claim) claims.take(i, *claim);
               }
             }
           }
@@ -125,10 +89,15 @@ void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
 }  // namespace
 
 void find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
-  claim_voxels(volume, box, claims, kInside_cells);
+  const bool cut = volume.cut_in_sight(box);
+  const auto claim = [&](float margin) {
+    claim_voxels(volume, box, claims, margin);
+    if (cut) claim_cut_voxels(volume, box, claims, margin);
+  };
+  claim(kInside_cells);
   const auto end = claims.score.begin() + static_cast<std::ptrdiff_t>(voxel_count(box.size()));
   if (std::find(claims.score.begin(), end, BrickClaims::kUncovered) != end) {
-    claim_voxels(volume, box, claims, kNearMiss_cells);
+    claim(kNearMiss_cells);
   }
 }
 
@@ -139,19 +108,24 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
   }
   const auto origin = glm::ivec3(glm::floor(point_voxel));
   const glm::vec3 point(point_voxel - glm::dvec3(origin));
+  const glm::vec3 low = point - kBoundsSlack_voxels;
+  const glm::vec3 high = point + kBoundsSlack_voxels;
   std::optional<Claim> best;
+  const auto take = [&](const std::optional<Claim>& claim) {
+    if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
+  };
   for (const DeformedVolume::Entry& entry : volume.entries) {
     const VoxelBox cells = cells_over(entry.reach, point_voxel, point_voxel);
     for_each_moved_cell(
-        volume.lattice, cells, origin, point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
+        volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
         [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-          const auto claim =
-              claim_of(cell, CellInverse(cell), base, point, volume, kNearMiss_cells);
-          if (!claim) return;
-          if (!best || claim->score < best->score ||
-              (claim->score == best->score && claim->element < best->element)) {
-            best = claim;
-          }
+          take(claim_of(cell, CellInverse(cell), base, point, volume, kNearMiss_cells));
+        });
+    if (!entry.cut) continue;
+    for_each_moved_cell<CellKind::cut>(
+        volume.lattice, &volume.cuts, cells, origin, low, high,
+        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+          take(cut_claim(volume, cell, base, origin, point, kNearMiss_cells));
         });
   }
   // The cell that holds the point at rest, if all of it rests.
@@ -161,7 +135,13 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     const VoxelIndex element = glm::clamp(corner, VoxelIndex(0), size - 1);
     rests = rests && volume.lattice.u(element) == glm::ivec3(0);
   }
-  if (rests) {
+  const VoxelBox here{origin, origin + 1};
+  if (rests && volume.any_cut && CutRows(volume.cuts, here).cells(origin.y, origin.z) != 0) {
+    CornerPlanes planes(volume.lattice, nullptr, here, origin);
+    planes.advance_to(origin.z);
+    const DeformedCell cell = CellRow(planes, origin.y, origin.z, 1).cell(0);
+    take(cut_claim(volume, cell, origin, origin, point, kInside_cells));
+  } else if (rests) {
     const glm::vec3 away = (point - glm::round(point)) * volume.spacing_mm;
     if (!best || glm::dot(away, away) <= best->score) return point_voxel;
   }
@@ -172,11 +152,12 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
 bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3 origin,
                     glm::vec3 point) {
   bool covered = false;
-  for_each_moved_cell(
-      volume.lattice, {element - 1, element + 1}, origin, point - kBoundsSlack_voxels,
-      point + kBoundsSlack_voxels, [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-        covered = covered || claim_of(cell, CellInverse(cell), base, point, volume, kInside_cells);
-      });
+  for_each_moved_cell(volume.lattice, volume.cuts_or_null(), {element - 1, element + 1}, origin,
+                      point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
+                      [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+                        covered = covered || claim_of(cell, CellInverse(cell), base, point, volume,
+                                                      kInside_cells);
+                      });
   return covered;
 }
 

@@ -3,8 +3,8 @@
 
 #include <optional>
 
+#include "resample/claims.h"
 #include "resample/deformed_cell.h"
-#include "resample/deformed_volume.h"
 
 namespace maille {
 
@@ -14,7 +14,7 @@ void find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& c
 // Rest position of any point of the deformed volume. nullopt: outside of it.
 std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dvec3 point_voxel);
 
-// Whether a point (relative to origin) lies in one of the eight cells around an element.
+// Whether a point (relative to origin) lies in one of the whole cells around an element.
 bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3 origin,
                     glm::vec3 point);
 

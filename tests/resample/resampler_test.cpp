@@ -60,7 +60,8 @@ Resampled resampled(const Volume& volume, const Lattice& lattice, ResampleMethod
                     double background = -1.0, int threads = 2) {
   WorkerPool pool(threads);
   ResampleCounts counts;
-  Volume out = resample_volume(volume, lattice, method, background, pool, counts);
+  Volume out =
+      resample_volume(volume, lattice, Cuts(volume.size()), method, background, pool, counts);
   return {std::move(out), counts};
 }
 
@@ -91,7 +92,7 @@ TEST(Resampler, SignBitsAreFlippedForTextures) {
   const Size3 size{5, 4, 3};
   const Volume volume = volume_from<std::int16_t>(size, VoxelType::int16, glm::dvec3(1),
                                                   [](VoxelIndex v) { return 100 * v.x - 250; });
-  const Resampler resampler(volume, Lattice(size), ResampleMethod::linear, 0);
+  const Resampler resampler(volume, Lattice(size), Cuts(size), ResampleMethod::linear, 0);
   std::vector<std::byte> bytes(volume.bytes().size());
   resampler.resample(0, bytes, true);
   for (std::size_t i = 0; i < bytes.size() / 2; ++i) {
@@ -237,7 +238,7 @@ TEST(Resampler, RestPositionsInvertTheLattice) {
   const Volume volume = numbered(size);
   for (const Deformation& d : kSmooth) {
     const Lattice lattice = lattice_from(size, d.u);
-    const Resampler resampler(volume, lattice, ResampleMethod::linear, 0);
+    const Resampler resampler(volume, lattice, Cuts(size), ResampleMethod::linear, 0);
     double worst = 0.0;
     for (int z = 0; z < size.z; z += 3) {
       for (int y = 0; y < size.y; y += 3) {
@@ -291,7 +292,7 @@ TEST(Resampler, FoldedLatticesAreFilledAndDeterministic) {
     return glm::dvec3(wild(random), wild(random), wild(random));
   });
   WorkerPool pool(2);
-  EXPECT_GT(count_folded_cells(lattice, pool), 1000);
+  EXPECT_GT(count_folded_cells(lattice, Cuts(size), pool), 1000);
   const Volume volume =
       volume_from<std::uint8_t>(size, VoxelType::uint8, glm::dvec3(1),
                                 [](VoxelIndex v) { return 100 + (v.x * 7 + v.y * 3 + v.z) % 100; });
@@ -339,15 +340,17 @@ TEST(Resampler, WhatLeavesTheVolumeIsNoHole) {
 TEST(Resampler, CountsFoldedCells) {
   const Size3 size{20, 20, 20};
   WorkerPool pool(1);
-  EXPECT_EQ(count_folded_cells(Lattice(size), pool), 0);
-  EXPECT_EQ(count_folded_cells(lattice_from(size, [](glm::dvec3 p) { return 0.2 * p; }), pool), 0);
+  EXPECT_EQ(count_folded_cells(Lattice(size), Cuts(size), pool), 0);
+  EXPECT_EQ(count_folded_cells(lattice_from(size, [](glm::dvec3 p) { return 0.2 * p; }), Cuts(size),
+                               pool),
+            0);
   // One element pulled past its neighbour turns cells around it inside out.
   EXPECT_GT(count_folded_cells(lattice_from(size,
                                             [](glm::dvec3 p) {
                                               return p == glm::dvec3(10) ? glm::dvec3(1.5, 0, 0)
                                                                          : glm::dvec3(0);
                                             }),
-                               pool),
+                               Cuts(size), pool),
             0);
 }
 
@@ -390,7 +393,7 @@ TEST(DirtyBricks, HoldEveryChange) {
   const std::vector<std::pair<Lattice, Lattice>> changes = {
       {rest, a}, {a, rest}, {a, b}, {rest, rest}};
   for (const auto& [before, after] : changes) {
-    const auto dirty = dirty_bricks(before, after);
+    const auto dirty = dirty_bricks(before, Cuts(size), after, Cuts(size));
     for (const ResampleMethod method : kMethods) {
       const Volume old_volume = resampled(volume, before, method).volume;
       const Volume new_volume = resampled(volume, after, method).volume;
@@ -406,8 +409,9 @@ TEST(DirtyBricks, HoldEveryChange) {
       }
     }
   }
-  EXPECT_TRUE(dirty_bricks(a, a).empty());
-  EXPECT_LT(dirty_bricks(rest, a).size(), static_cast<std::size_t>(rest.grid().count()));
+  EXPECT_TRUE(dirty_bricks(a, Cuts(size), a, Cuts(size)).empty());
+  EXPECT_LT(dirty_bricks(rest, Cuts(size), a, Cuts(size)).size(),
+            static_cast<std::size_t>(rest.grid().count()));
 }
 
 }  // namespace
