@@ -140,13 +140,13 @@ bool looks_like_hounsfield(const Volume& volume, const VolumeStatistics& range) 
 
 MaterialTable Document::material_table() {
   if (const auto* const table = std::get_if<MaterialTable>(&scene_.materials)) return *table;
-  auto preset = std::get<MaterialPreset>(scene_.materials);
+  auto [preset, interpolation] = std::get<PresetMaterials>(scene_.materials);
   if (preset == MaterialPreset::automatic) {
     preset =
         looks_like_hounsfield(volume_, range()) ? MaterialPreset::ct : MaterialPreset::relative;
   }
-  if (preset == MaterialPreset::ct) return MaterialTable::ct();
-  return MaterialTable::relative(range().lowest, range().highest);
+  if (preset == MaterialPreset::ct) return MaterialTable::ct(interpolation);
+  return MaterialTable::relative(range().lowest, range().highest, interpolation);
 }
 
 Result<TransferFunction> Document::transfer_function() {

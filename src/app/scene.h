@@ -30,6 +30,10 @@ using VolumeSource = std::variant<std::filesystem::path, PhantomSource>;
 // automatic: ct for Hounsfield units (a signed type whose lowest value is at most -500), else
 // relative to the volume's range.
 enum class MaterialPreset : std::uint8_t { automatic, ct, relative };
+struct PresetMaterials {
+  MaterialPreset preset = MaterialPreset::automatic;
+  Interpolation interpolation = Interpolation::step;
+};
 
 // A name of TransferFunction::preset; empty: ct-skin or relative, chosen as materials are.
 struct TransferPreset {
@@ -132,7 +136,7 @@ std::string_view name_of(const Action& action);  // "drag", "relax" ...
 struct Scene {
   std::filesystem::path file;  // where it was read from; empty for a scene around a bare volume
   VolumeSource volume;
-  std::variant<MaterialPreset, MaterialTable> materials = MaterialPreset::automatic;
+  std::variant<PresetMaterials, MaterialTable> materials;
   AnchorRules anchors;
   RelaxationSettings relaxation;
   ResampleMethod resampling = ResampleMethod::linear;

@@ -5,6 +5,7 @@
 #include "app/json_document.h"
 #include "app/paths.h"
 #include "app/scene.h"
+#include "material/limits_from_stiffness.h"
 
 namespace maille {
 namespace {
@@ -49,8 +50,22 @@ glm::dvec3 read_limit(const JsonReader& value, Bounds bounds) {
   return glm::dvec3(value.number(bounds));
 }
 
-Material read_material(const JsonReader& value) {
-  value.expect_object({"name", "values", "compress", "stretch", "shear", "stiffness", "fixed"});
+void read_limits(const JsonReader& value, glm::dvec3& compress, glm::dvec3& stretch,
+                 glm::dvec3& shear) {
+  if (value.has("compress")) compress = read_limit(value.at("compress"), Bounds::between(0, 1));
+  if (value.has("stretch")) stretch = read_limit(value.at("stretch"), Bounds::at_least(1));
+  if (value.has("shear")) shear = read_limit(value.at("shear"), Bounds::at_least(0));
+}
+
+void refuse_limits(const JsonReader& material, std::string_view reason) {
+  for (const auto* const key : {"compress", "stretch", "shear"}) {
+    if (material.has(key)) material.at(key).refuse(reason);
+  }
+}
+
+Material read_material(const JsonReader& value, bool limits_from_stiffness) {
+  value.expect_object(
+      {"name", "values", "compress", "stretch", "shear", "stiffness", "fixed", "rigid"});
   Material material;
   if (value.has("name")) material.name = value.at("name").string();
   const auto range = value.at("values");
@@ -64,42 +79,83 @@ Material read_material(const JsonReader& value) {
   if (!(ends[0] < ends[1])) range.refuse("expected [low, high) with low < high");
   material.value_low = ends[0];
   material.value_high = ends[1];
-  if (value.has("compress")) {
-    material.compress = read_limit(value.at("compress"), Bounds::between(0, 1));
-  }
-  if (value.has("stretch")) material.stretch = read_limit(value.at("stretch"), Bounds::at_least(1));
-  if (value.has("shear")) material.shear = read_limit(value.at("shear"), Bounds::at_least(0));
-  if (value.has("stiffness")) material.stiffness = value.at("stiffness").number(Bounds::above(0));
   if (value.has("fixed")) material.fixed = value.at("fixed").boolean();
+  if (value.has("rigid")) material.rigid = value.at("rigid").boolean();
+  if (material.rigid) {
+    refuse_limits(value, "a rigid material has no limits of its own");
+  } else if (limits_from_stiffness) {
+    refuse_limits(value, "given by stiffness, since materials.limits is \"from_stiffness\"");
+  }
+  read_limits(value, material.compress, material.stretch, material.shear);
+  if (value.has("stiffness") || (limits_from_stiffness && !material.rigid)) {
+    material.stiffness = value.at("stiffness").number(Bounds::above(0));
+  }
   return material;
 }
 
-std::variant<MaterialPreset, MaterialTable> read_materials(const JsonReader& value) {
-  value.expect_object({"preset", "interpolation", "table"});
+Interpolation read_interpolation(const JsonReader& value) {
+  const auto name = value.string();
+  if (name == "linear") return Interpolation::linear;
+  if (name != "step") value.refuse_value("\"step\" or \"linear\"");
+  return Interpolation::step;
+}
+
+// Whether limits come from stiffness.
+bool read_limits_origin(const JsonReader& value) {
+  const auto name = value.string();
+  if (name == "from_stiffness") return true;
+  if (name != "given") value.refuse_value("\"given\" or \"from_stiffness\"");
+  return false;
+}
+
+SoftestLimits read_softest(const JsonReader& value) {
+  value.expect_object({"compress", "stretch", "shear"});
+  SoftestLimits softest;
+  read_limits(value, softest.compress, softest.stretch, softest.shear);
+  if (component_that_may_fold(softest.compress, softest.shear)) {
+    value.refuse("expected compress above twice shear, so that no cell folds");
+  }
+  return softest;
+}
+
+std::variant<PresetMaterials, MaterialTable> read_materials(const JsonReader& value) {
+  value.expect_object({"preset", "interpolation", "limits", "softest", "table"});
+  PresetMaterials preset;
   if (value.has("interpolation")) {
-    const auto interpolation = value.at("interpolation");
-    const auto name = interpolation.string();
-    if (name == "linear") {
-      interpolation.refuse("\"linear\" is not in this version's format yet (known: step)");
-    } else if (name != "step") {
-      interpolation.refuse_value("\"step\"");
-    }
+    preset.interpolation = read_interpolation(value.at("interpolation"));
+  }
+  const bool derived = value.has("limits") && read_limits_origin(value.at("limits"));
+  SoftestLimits softest;
+  if (value.has("softest")) {
+    if (!derived) value.at("softest").refuse("needs \"limits\": \"from_stiffness\"");
+    softest = read_softest(value.at("softest"));
   }
   if (value.has("preset")) {
     if (value.has("table")) value.refuse("expected a \"preset\" or a \"table\", not both");
-    return read_material_preset(value.at("preset"));
+    preset.preset = read_material_preset(value.at("preset"));
   }
-  if (!value.has("table")) return MaterialPreset::automatic;
+  if (!value.has("table")) {
+    if (derived) value.at("limits").refuse("\"from_stiffness\" needs a \"table\"");
+    return preset;
+  }
   const auto table = value.at("table");
   std::vector<Material> materials;
   table.each("an array of materials", [&](const JsonReader& item, std::size_t) {
-    materials.push_back(read_material(item));
+    materials.push_back(read_material(item, derived));
   });
-  if (value.failed()) return MaterialPreset::automatic;
-  auto made = MaterialTable::create(std::move(materials));
+  if (value.failed()) return preset;
+  if (derived) {
+    auto with_limits = limits_from_stiffness(std::move(materials), softest);
+    if (!with_limits) {
+      table.refuse(with_limits.error().message);
+      return preset;
+    }
+    materials = *std::move(with_limits);
+  }
+  auto made = MaterialTable::create(std::move(materials), preset.interpolation);
   if (made) return *std::move(made);
   table.refuse(made.error().message);
-  return MaterialPreset::automatic;
+  return preset;
 }
 
 AnchorRules read_anchors(const JsonReader& value) {

@@ -1,17 +1,30 @@
 // An array on a cache line of its own whose elements start undefined: what SIMD rows live in.
+//
+// Freed blocks of the sizes that bricks take are kept for the next one, up to a bound: a drag frees
+// at every position of the pointer what it makes again at the next, and fresh pages from the system
+// cost more than what is done in them.
 #pragma once
 
 #include <cstddef>
 #include <memory>
-#include <new>
 #include <type_traits>
 
 namespace maille {
 
 inline constexpr std::size_t kCacheLine = 64;
 
+namespace detail {
+void* take_block(std::size_t bytes);  // throws std::bad_alloc
+void give_block_back(void* block, std::size_t bytes) noexcept;
+}  // namespace detail
+
+// What freed blocks are kept for, in bytes, at most.
+inline constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;
+std::size_t kept_block_bytes();
+
 struct AlignedDelete {
-  void operator()(void* memory) const { ::operator delete (memory, std::align_val_t{kCacheLine}); }
+  std::size_t bytes = 0;
+  void operator()(void* memory) const noexcept { detail::give_block_back(memory, bytes); }
 };
 
 template <class T>
@@ -22,8 +35,8 @@ template <class T>
 AlignedArray<T> make_aligned_array(std::size_t count) {
   static_assert(std::is_trivially_default_constructible_v<T> &&
                 std::is_trivially_destructible_v<T>);
-  return AlignedArray<T>(
-      static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{kCacheLine})));
+  const std::size_t bytes = count * sizeof(T);
+  return AlignedArray<T>(static_cast<T*>(detail::take_block(bytes)), AlignedDelete{bytes});
 }
 
 }  // namespace maille

@@ -6,30 +6,29 @@
 //     delta_j = max(0, max over neighbours i of (delta_i - slack_ij)),   delta_handle = D,
 //
 // where slack_ij >= 0 is how far i may move before it pushes j. The operator is monotone and its
-// fixed point unique, so sweeps over bricks in any order give the same bits. Enhanced ChainMail
-// (Schill 1998) is Dijkstra's algorithm on the three components together and stops each element
-// after one visit, which leaves violated links in mixed material; first in first out (Gibson 1997)
-// leaves many more.
+// fixed point unique, so bricks may be closed in any order and by any number of workers and give
+// the same bits. Enhanced ChainMail (Schill 1998) is Dijkstra's algorithm on the three components
+// together and stops each element after one visit, which leaves violated links in mixed material;
+// first in first out (Gibson 1997) leaves many more.
 //
 // A fixed element is an upper bound on delta: since every label falls by the same amount as D does,
 // the overshoot at the worst anchor is exactly what the drag has to give up.
 #pragma once
 
-#include <vector>
+#include <cstdint>
 
+#include "core/parallel.h"
 #include "deform/anchors.h"
 #include "deform/lattice.h"
-#include "deform/material_halo.h"
+#include "deform/stroke_bricks.h"
 
 namespace maille {
 
 struct ChainMailProblem {
-  const Lattice& start;  // within the limits, or as relaxation left it: a link outside
-                         // its limits counts as having no slack and gets no worse
-  MaterialHalos& halos;
+  const Lattice& start;      // within the limits, or as relaxation left it: a link outside
+                             // its limits counts as having no slack and gets no worse
+  StrokeBricks& bricks;      // materials, cuts and anchors
   const ElementSet& handle;  // moves as one
-  const ElementSet& pinned;  // fixed besides faces and materials; disjoint from handle
-  AnchorRules anchors;
 };
 
 struct ChainMailAnswer {
@@ -37,10 +36,11 @@ struct ChainMailAnswer {
   glm::ivec3 moved_by{0};  // fixed point: the drag, less what anchors held back
   bool clamped = false;
   std::int64_t elements_moved = 0;  // elements with a label above 0 in some component
-  std::int64_t bricks_swept = 0;
+  std::int64_t bricks_swept = 0;    // how often a brick was closed; depends on the workers
+  std::int64_t working_bytes = 0;   // labels and the like, at most at once
 };
 
-// by: fixed point, each component within +-2^29.
-ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by);
+// by: fixed point, each component within +-2^29. Throws std::bad_alloc.
+ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by, WorkerPool& pool);
 
 }  // namespace maille

@@ -133,15 +133,15 @@ Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, st
   Stroke stroke;
   stroke.before = now_;
   now_.handles = std::move(others);
-  stroke.pinned = pinned_elements();
+  stroke.pinned = std::make_unique<ElementSet>(pinned_elements());
   stroke.furthest_voxels = furthest_voxels(now_.lattice);
-  stroke.halos = std::make_unique<MaterialHalos>(materials_, grid);
+  stroke.bricks = std::make_unique<StrokeBricks>(materials_, now_.cuts, *stroke.pinned, anchors_);
   stroke.handle = {std::move(names), std::move(grabbed)};
   stroke_ = std::move(stroke);
   return {};
 }
 
-Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool&) {
+Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
   if (!stroke_) return Error{ErrorKind::usage, "drag: no stroke is on"};
   glm::ivec3 by;
   for (int c = 0; c < 3; ++c) {
@@ -153,11 +153,10 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool&) {
   }
   const Stopwatch begin;
   const Lattice& start = stroke_->before.lattice;
-  const ChainMailProblem problem{start, *stroke_->halos, stroke_->handle.elements, stroke_->pinned,
-                                 anchors_};
+  const ChainMailProblem problem{start, *stroke_->bricks, stroke_->handle.elements};
   DragReport report;
   try {
-    ChainMailAnswer answer = solve_chainmail(problem, by);
+    ChainMailAnswer answer = solve_chainmail(problem, by, pool);
     if (memory_) {
       if (auto fits = memory_->check(start, answer.lattice); !fits) {
         return Error{fits.error().kind, "drag: " + fits.error().message};

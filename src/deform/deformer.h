@@ -93,9 +93,9 @@ class Deformer {
   struct Stroke {
     Deformation before;
     Handle handle;
-    ElementSet pinned;             // by the other handles
-    double furthest_voxels = 0.0;  // from rest, of any element when the stroke began
-    std::unique_ptr<MaterialHalos> halos;
+    std::unique_ptr<ElementSet> pinned;  // by the other handles
+    double furthest_voxels = 0.0;        // from rest, of any element when the stroke began
+    std::unique_ptr<StrokeBricks> bricks;
   };
 
   ElementSet pinned_elements() const;

@@ -59,11 +59,6 @@ template <class T>
   return found;
 }
 
-MAILLE_FOR_SEVERAL_WIDTHS Extremes<std::uint16_t> extremes(const std::uint16_t* values,
-                                                           Size3 extent, std::uint16_t rest) {
-  return extremes_of(values, extent, rest);
-}
-
 MAILLE_FOR_SEVERAL_WIDTHS Extremes<std::int32_t> extremes(const std::int32_t* values, Size3 extent,
                                                           std::int32_t rest) {
   return extremes_of(values, extent, rest);
@@ -97,20 +92,16 @@ DisplacementPlane::Pointer DisplacementPlane::encode(const VoxelBox& box, const 
   return plane;
 }
 
-DisplacementPlane::Pointer DisplacementPlane::adopt(const VoxelBox& box, std::int32_t base,
+DisplacementPlane::Pointer DisplacementPlane::adopt(const Known& known,
                                                     AlignedArray<std::uint16_t> offsets) {
-  // No offset reads as rest where 0 is out of reach of the base.
-  const bool reaches_rest = base <= 0 && base >= -std::int32_t{0xffff};
-  const auto rest = static_cast<std::uint16_t>(reaches_rest ? -base : 0);
-  const auto found = extremes(offsets.get(), box.size(), rest);
-  if (reaches_rest && found.last.x < 0) return nullptr;
   auto plane = std::make_shared<DisplacementPlane>();
-  plane->base_ = base;
-  plane->lowest_ = base + found.lowest;
-  plane->highest_ = base + found.highest;
-  plane->moved_ = reaches_rest ? box_of(box, found) : box;
-  if (found.lowest == found.highest) {
-    plane->base_ = plane->lowest_;
+  plane->base_ = known.base;
+  plane->step_ = known.step;
+  plane->lowest_ = known.lowest;
+  plane->highest_ = known.highest;
+  plane->moved_ = known.moved;
+  if (known.lowest == known.highest) {
+    plane->base_ = known.lowest;
   } else {
     plane->offsets_ = std::move(offsets);
   }
@@ -120,7 +111,7 @@ DisplacementPlane::Pointer DisplacementPlane::adopt(const VoxelBox& box, std::in
 void DisplacementPlane::read_row(int row, std::int32_t* u) const {
   const auto first = static_cast<std::size_t>(row) * kBrickEdge;
   const auto add_base = [&](const std::uint16_t* offset) {
-    for (int x = 0; x < kBrickEdge; ++x) u[x] = base_ + offset[x];
+    for (int x = 0; x < kBrickEdge; ++x) u[x] = base_ + step_ * offset[x];
   };
   if (offsets_) {
     add_base(&offsets_[first]);
@@ -141,7 +132,7 @@ void DisplacementPlane::read_row(int row, std::int32_t* u) const {
 std::int32_t DisplacementPlane::at_paged(std::size_t element) const {
   const PagedArray::Pin values(*paged_);
   if (paged_->value_bytes() == sizeof(std::uint16_t)) {
-    return base_ + values.as<std::uint16_t>()[element];
+    return base_ + step_ * values.as<std::uint16_t>()[element];
   }
   return values.as<std::int32_t>()[element];
 }
@@ -149,7 +140,8 @@ std::int32_t DisplacementPlane::at_paged(std::size_t element) const {
 void DisplacementPlane::page_through(const std::shared_ptr<PlaneStore>& store) const {
   const auto give = [&](auto& array) {
     using Value = std::remove_reference_t<decltype(array[0])>;
-    AlignedArray<std::byte> bytes(reinterpret_cast<std::byte*>(array.release()));
+    AlignedArray<std::byte> bytes(reinterpret_cast<std::byte*>(array.get()), array.get_deleter());
+    array.release();
     paged_ = std::make_unique<const PagedArray>(store, std::move(bytes), int{sizeof(Value)});
   };
   if (offsets_) {

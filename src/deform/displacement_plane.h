@@ -25,14 +25,21 @@ class DisplacementPlane {
   // u: 32^3 values, x fastest. Only the elements of `box` (the brick's, in the volume) count; what
   // the others read afterwards is not specified. Null where all of them rest.
   static Pointer encode(const VoxelBox& box, const std::int32_t* u);
-  // The same for u = base + offset, taking the offsets over.
-  static Pointer adopt(const VoxelBox& box, std::int32_t base, AlignedArray<std::uint16_t> offsets);
+  // What is known of a plane that is handed over: never null, as something in it has moved.
+  struct Known {
+    std::int32_t base = 0;
+    std::int32_t step = 1;  // 1 or -1: u = base + step * offset
+    std::int32_t lowest = 0;
+    std::int32_t highest = 0;
+    VoxelBox moved;
+  };
+  static Pointer adopt(const Known& known, AlignedArray<std::uint16_t> offsets);
 
   std::int32_t at(int element) const {
     const auto e = static_cast<std::size_t>(element);
     if (paged_) [[unlikely]]
       return at_paged(e);
-    if (offsets_) return base_ + offsets_[e];
+    if (offsets_) return base_ + step_ * offsets_[e];
     return wide_ ? wide_[e] : base_;
   }
   // 32 values from a row (element 32 * row) on.
@@ -56,6 +63,7 @@ class DisplacementPlane {
   std::int32_t at_paged(std::size_t element) const;
 
   std::int32_t base_ = 0;
+  std::int32_t step_ = 1;  // labels of a drag downwards are offsets downwards, and stay as they are
   // At most one of the three. Mutable, for it is only where they lie that page_through() changes.
   mutable AlignedArray<std::uint16_t> offsets_;
   mutable AlignedArray<std::int32_t> wide_;

@@ -1,9 +1,8 @@
 // How tissue behaves, looked up from the value of its voxel: no segmentation.
 //
-// ChainMail limits are fractions of the voxel spacing (Gibson 1997; the paper, section 4). A link
-// between two elements takes the mean of their limits (Schill 1998) and the stiffness of both
-// springs in series. Limits are kept in the lattice's fixed-point unit, rounded towards the inside
-// once, here, so that no rounding ever shows as a violated link.
+// A link between two elements takes the mean of their limits (Schill 1998) and the stiffness of
+// both springs in series. Limits are kept in the lattice's fixed-point unit, rounded towards the
+// inside here, so that no rounding ever shows as a violated link.
 #pragma once
 
 #include <array>
@@ -13,6 +12,8 @@
 
 #include "core/result.h"
 #include "core/spaces.h"
+#include "material/material.h"
+#include "material/material_levels.h"
 
 namespace maille {
 
@@ -20,17 +21,12 @@ namespace maille {
 inline constexpr int kUnitsPerVoxel = 512;
 
 using MaterialId = std::uint8_t;
-inline constexpr int kMaxMaterials = 256;
 
-struct Material {
-  std::string name;
-  double value_low = 0.0;  // half-open range [low, high) of voxel values, in the file's own units
-  double value_high = 0.0;
-  glm::dvec3 compress{0.6};  // shortest link along each axis, 0 <= compress <= 1
-  glm::dvec3 stretch{1.5};   // longest link along each axis, >= 1
-  glm::dvec3 shear{0.25};    // how far each component may slip across a link of another axis, >= 0
-  double stiffness = 1.0;    // of its springs, > 0; only ratios matter
-  bool fixed = false;        // an anchor: never moves
+// What one element brings to its links, in fixed-point units, all >= 0.
+struct ElementLimits {
+  glm::ivec3 compress;  // how far a link along each axis may shorten
+  glm::ivec3 stretch;   // and lengthen
+  glm::ivec3 shear;     // how far each component may slip across a link of another axis
 };
 
 // What u_j - u_i may be for element j one step along `axis` from element i, for each component, in
@@ -44,38 +40,68 @@ class MaterialTable {
  public:
   // Errors: bad_input, each naming the material and what was expected: no material or more than
   // 256, a limit outside its range, stiffness not above 0, an empty or overlapping value range.
-  static Result<MaterialTable> create(std::vector<Material> materials);
+  static Result<MaterialTable> create(std::vector<Material> materials,
+                                      Interpolation interpolation = Interpolation::step);
 
   // Air, fat, soft tissue, bone, in Hounsfield units. Bone is fixed. Soft tissue may shear further
   // than the no-fold rule of warnings() allows: within that rule the slope of a drag is below 1/2,
   // and a nose, 25 voxels from the skull, could be pulled by 8 only. A drag along one axis cannot
-  // fold all the same (its Jacobian's determinant is 1 + du_a/dx_a >= compress).
-  static MaterialTable ct();
+  // fold all the same (its Jacobian's determinant is 1 + du_a/dx_a >= compress). Nor do its limits
+  // go by stiffness: air a thousand times softer would leave tissue a thousandth of air's room.
+  static MaterialTable ct(Interpolation interpolation = Interpolation::step);
   // For scans whose values mean nothing absolute: soft below a third of the range, firm above.
-  static MaterialTable relative(double lowest, double highest);
+  static MaterialTable relative(double lowest, double highest,
+                                Interpolation interpolation = Interpolation::step);
 
+  // As given, by rising value; rigid ones with the limits that this means.
   const std::vector<Material>& materials() const { return materials_; }
-  int count() const { return static_cast<int>(materials_.size()); }
+  Interpolation interpolation() const { return interpolation_; }
+
+  // Ids run from 0 to count() - 1 by rising value: one a material, or one a level where ranges are
+  // interpolated.
+  int count() const { return static_cast<int>(levels_.size()); }
 
   // A value outside every range takes the nearest one; NaN takes the first material.
   MaterialId id_of(double value) const;
 
-  const LinkLimits& link(MaterialId i, MaterialId j) const {
-    return links_[static_cast<std::size_t>(i) * materials_.size() + j];
+  const ElementLimits& limits(MaterialId id) const { return levels_[id].limits; }
+
+  // The floor of the mean of both elements' limits, each an integer >= 0: solvers that work on many
+  // links at once compute the same. limits() are floors themselves, so this never exceeds the mean
+  // of what was asked for: floor((floor a + floor b) / 2) <= (a + b) / 2; it is up to one unit
+  // below. Beside a rigid element a link has half of what the other one allows.
+  LinkLimits link(MaterialId i, MaterialId j) const {
+    const ElementLimits& a = levels_[i].limits;
+    const ElementLimits& b = levels_[j].limits;
+    const glm::ivec3 shortest = -((a.compress + b.compress) >> 1);
+    const glm::ivec3 longest = (a.stretch + b.stretch) >> 1;
+    const glm::ivec3 shear = (a.shear + b.shear) >> 1;
+    LinkLimits link{{-shear, -shear, -shear}, {shear, shear, shear}};
+    for (int axis = 0; axis < 3; ++axis) {
+      link.lower[static_cast<std::size_t>(axis)][axis] = shortest[axis];
+      link.upper[static_cast<std::size_t>(axis)][axis] = longest[axis];
+    }
+    return link;
   }
-  float compliance(MaterialId id) const { return compliances_[id]; }  // 1 / stiffness
-  bool fixed(MaterialId id) const { return materials_[id].fixed; }
+  float compliance(MaterialId id) const { return levels_[id].compliance; }  // 1 / stiffness
+  bool fixed(MaterialId id) const { return levels_[id].fixed; }
   bool any_fixed() const;
 
-  // One sentence for each material whose limits allow a folded cell (a component's compress not
-  // above twice its shear: no state within the limits of the others has one).
+  // What a person may want to change, as sentences; see warnings_of.
   std::vector<std::string> warnings() const;
 
  private:
+  struct Level {
+    ElementLimits limits;
+    float compliance;
+    bool fixed;
+  };
+
   MaterialTable() = default;
-  std::vector<Material> materials_;  // by rising value_low
-  std::vector<LinkLimits> links_;
-  std::vector<float> compliances_;
+  std::vector<Material> materials_;
+  Interpolation interpolation_ = Interpolation::step;
+  std::vector<double> level_begins_;  // the lowest value of each, rising
+  std::vector<Level> levels_;
 };
 
 }  // namespace maille

@@ -143,12 +143,16 @@ class CellRow {
 };
 
 // Calls f(cell, base, lowest corner, highest corner) for the cells of a kind in a box that have a
-// moved corner and bounds that touch the box from `low` to `high`. cuts may be null. Positions are
-// relative to origin.
+// moved corner and can touch the box from `low` to `high`: what is left of a cut cell reaches half
+// a voxel beyond its corners. cuts may be null. Positions are relative to origin.
 template <CellKind kind = CellKind::whole, class F>
 void for_each_moved_cell(const Lattice& lattice, const Cuts* cuts, const VoxelBox& cells,
                          glm::ivec3 origin, glm::vec3 low, glm::vec3 high, F&& f) {
   if (cells.empty()) return;
+  if constexpr (kind == CellKind::cut) {
+    low -= 0.5f;
+    high += 0.5f;
+  }
   const auto misses = [&](Float4 lowest, Float4 highest) {
     return lowest[0] > high.x || lowest[1] > high.y || lowest[2] > high.z || highest[0] < low.x ||
            highest[1] < low.y || highest[2] < low.z;

@@ -136,15 +136,18 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     rests = rests && volume.lattice.u(element) == glm::ivec3(0);
   }
   const VoxelBox here{origin, origin + 1};
+  std::optional<float> score_at_rest;
   if (rests && volume.any_cut && CutRows(volume.cuts, here).cells(origin.y, origin.z) != 0) {
     CornerPlanes planes(volume.lattice, nullptr, here, origin);
     planes.advance_to(origin.z);
     const DeformedCell cell = CellRow(planes, origin.y, origin.z, 1).cell(0);
-    take(cut_claim(volume, cell, origin, origin, point, kInside_cells));
+    const auto claim = cut_claim(volume, cell, origin, origin, point, kInside_cells);
+    if (claim) score_at_rest = claim->score;
   } else if (rests) {
     const glm::vec3 away = (point - glm::round(point)) * volume.spacing_mm;
-    if (!best || glm::dot(away, away) <= best->score) return point_voxel;
+    score_at_rest = glm::dot(away, away);
   }
+  if (score_at_rest && (!best || *score_at_rest <= best->score)) return point_voxel;
   if (!best) return std::nullopt;
   return glm::dvec3(best->rest);
 }

@@ -140,8 +140,33 @@ TEST(Scene, RefusalsNameFilePathAndExpectation) {
        "volume.size: expected an array of 3 integers, got an array of 2"},
       {R"({"volume": {"phantom": "head", "seed": -1}})",
        "volume.seed: expected an integer >= 0, got -1"},
-      {with(R"("materials": {"interpolation": "linear"})"),
-       "materials.interpolation: \"linear\" is not in this version's format yet (known: step)"},
+      {with(R"("materials": {"interpolation": "cubic"})"),
+       "materials.interpolation: expected \"step\" or \"linear\", got \"cubic\""},
+      {with(R"("materials": {"limits": "hard"})"),
+       "materials.limits: expected \"given\" or \"from_stiffness\", got \"hard\""},
+      {with(R"("materials": {"limits": "from_stiffness", "preset": "ct"})"),
+       "materials.limits: \"from_stiffness\" needs a \"table\""},
+      {with(R"("materials": {"limits": "given", "softest": {}, "table": []})"),
+       "materials.softest: needs \"limits\": \"from_stiffness\""},
+      {with(
+           R"("materials": {"limits": "from_stiffness", "softest": {"stretch": 0.5}, "table": []})"),
+       "materials.softest.stretch: expected a number >= 1, got 0.5"},
+      {with(R"("materials": {"limits": "from_stiffness", "softest": {"shear": [0, 0.3, 0]},
+                             "table": []})"),
+       "materials.softest: expected compress above twice shear, so that no cell folds"},
+      {with(R"("materials": {"limits": "from_stiffness",
+                             "table": [{"values": [0, 1], "stiffness": 2, "shear": 0}]})"),
+       "materials.table[0].shear: given by stiffness, since materials.limits is "
+       "\"from_stiffness\""},
+      {with(R"("materials": {"limits": "from_stiffness", "table": [{"values": [0, 1]}]})"),
+       "materials.table[0].stiffness: missing"},
+      {with(R"("materials": {"limits": "from_stiffness",
+                             "table": [{"name": "a", "values": [0, 1], "stiffness": 1e13}]})"),
+       "materials.table: material \"a\": expected a stiffness within 1e-12 to 1e12"},
+      {with(R"("materials": {"table": [{"values": [0, 1], "rigid": 1}]})"),
+       "materials.table[0].rigid: expected true or false, got 1"},
+      {with(R"("materials": {"table": [{"values": [0, 1], "rigid": true, "stretch": 1}]})"),
+       "materials.table[0].stretch: a rigid material has no limits of its own"},
       {with(R"("materials": {"preset": "mri"})"),
        "materials.preset: expected \"ct\" or \"relative\", got \"mri\""},
       {with(R"("materials": {"preset": "ct", "table": []})"),
@@ -286,6 +311,48 @@ TEST(Scene, OverlappingMaterialsAreRefusedInTheTable) {
   EXPECT_EQ(message.rfind("dir/scene.json: materials.table: ", 0), 0u) << message;
 }
 
+TEST(Scene, ReadsInterpolationOfTablesAndPresets) {
+  const auto materials = [](const std::string& body) {
+    return std::move(parse_scene(with(R"("materials": {)" + body + "}"), "s.json"))
+        .value()
+        .materials;
+  };
+  const std::string table =
+      R"("table": [{"values": [0, 10], "stretch": 2}, {"values": [10, 20], "stretch": 3}])";
+  EXPECT_EQ(std::get<MaterialTable>(materials(table)).count(), 2);
+  const auto linear = std::get<MaterialTable>(materials(R"("interpolation": "linear", )" + table));
+  EXPECT_EQ(linear.interpolation(), Interpolation::linear);
+  EXPECT_EQ(linear.materials().size(), 2u);
+  EXPECT_EQ(linear.limits(linear.id_of(5)).stretch.x, 512);
+  EXPECT_NEAR(linear.limits(linear.id_of(10)).stretch.x, 768, 3);
+  EXPECT_EQ(linear.limits(linear.id_of(15)).stretch.x, 1024);
+  const auto ct =
+      std::get<PresetMaterials>(materials(R"("interpolation": "linear", "preset": "ct")"));
+  EXPECT_EQ(ct.preset, MaterialPreset::ct);
+  EXPECT_EQ(ct.interpolation, Interpolation::linear);
+  EXPECT_EQ(std::get<PresetMaterials>(materials(R"("preset": "ct")")).interpolation,
+            Interpolation::step);
+}
+
+TEST(Scene, ReadsRigidMaterialsAndLimitsFromStiffness) {
+  const auto parsed = parse_scene(with(R"("materials": {
+    "limits": "from_stiffness", "softest": {"compress": 0.5, "stretch": [3, 2, 2], "shear": 0.125},
+    "table": [{"name": "bone", "values": [20, 30], "rigid": true},
+              {"name": "fat", "values": [0, 10], "stiffness": 0.5},
+              {"name": "muscle", "values": [10, 20], "stiffness": 2, "rigid": false}]})"),
+                                  "s.json");
+  ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+  const auto& table = std::get<MaterialTable>(parsed->materials);
+  EXPECT_EQ(table.materials()[0].compress, glm::dvec3(0.5));
+  EXPECT_EQ(table.materials()[0].stretch, glm::dvec3(3, 2, 2));
+  EXPECT_EQ(table.materials()[1].compress, glm::dvec3(0.875));
+  EXPECT_EQ(table.materials()[1].stretch, glm::dvec3(1.5, 1.25, 1.25));
+  EXPECT_EQ(table.materials()[1].shear, glm::dvec3(0.03125));
+  EXPECT_TRUE(table.materials()[2].rigid);
+  EXPECT_EQ(table.limits(2).stretch, glm::ivec3(0));
+  EXPECT_TRUE(table.warnings().empty());
+}
+
 TEST(Scene, AVolumeGetsADefaultSceneAndAMissingSceneIsNoFile) {
   const auto scene = open_scene("somewhere/head.nrrd");
   ASSERT_TRUE(scene.ok());
@@ -308,6 +375,8 @@ TEST(Scene, SchemaAndReaderKnowTheSameKeys) {
       {"/$defs/volume_file", R"({"volume": {"file": "x", "zzz": 1}})"},
       {"/$defs/volume_phantom", R"({"volume": {"phantom": "x", "zzz": 1}})"},
       {"/properties/materials", with(R"("materials": {"zzz": 1})")},
+      {"/$defs/softest",
+       with(R"("materials": {"limits": "from_stiffness", "softest": {"zzz": 1}})")},
       {"/$defs/material", with(R"("materials": {"table": [{"zzz": 1}]})")},
       {"/properties/anchors/anyOf/1", with(R"("anchors": {"zzz": 1})")},
       {"/properties/relaxation", with(R"("relaxation": {"zzz": 1})")},

@@ -13,29 +13,23 @@ namespace maille {
 namespace {
 
 using testing::constant_volume;
+using testing::Drag;
 using testing::equal;
 using testing::material;
-using testing::one_worker;
 using testing::random_volume;
 using testing::table;
-
-ElementSet elements(std::initializer_list<VoxelIndex> voxels, const BrickGrid& grid) {
-  ElementSet set;
-  for (const VoxelIndex v : voxels) set.insert(v, grid);
-  return set;
-}
+using testing::workers;
 
 // A row pulled at one end: each link takes what it may and hands on the rest.
 TEST(ChainMail, OneRow) {
   const Size3 size{70, 1, 1};
   const MaterialField field(constant_volume(size), table({material(0, 1, 0.5, 1.25, 0.1)}));
   const Lattice rest(size);
-  MaterialHalos halos(field, rest.grid());
-  const ElementSet handle = elements({{0, 0, 0}}, rest.grid());
+  const Drag handle{field, rest, {{0, 0, 0}}};
   const int drag = 10 * kUnitsPerVoxel;
-  const ChainMailAnswer pulled = solve_chainmail({rest, halos, handle, {}, {}}, {-drag, 0, 0});
-  const ChainMailAnswer pushed = solve_chainmail({rest, halos, handle, {}, {}}, {drag, 0, 0});
-  const ChainMailAnswer sheared = solve_chainmail({rest, halos, handle, {}, {}}, {0, drag, 0});
+  const ChainMailAnswer pulled = handle.by({-drag, 0, 0});
+  const ChainMailAnswer pushed = handle.by({drag, 0, 0});
+  const ChainMailAnswer sheared = handle.by({0, drag, 0});
   for (int x = 0; x < size.x; ++x) {
     EXPECT_EQ(pulled.lattice.u({x, 0, 0}), glm::ivec3(-std::max(0, drag - 128 * x), 0, 0)) << x;
     EXPECT_EQ(pushed.lattice.u({x, 0, 0}), glm::ivec3(std::max(0, drag - 256 * x), 0, 0)) << x;
@@ -51,11 +45,10 @@ TEST(ChainMail, OctahedronInOneMaterial) {
   const Size3 size{80, 70, 75};
   const MaterialField field(constant_volume(size), table({material(0, 1, 0.5, 1.75, 0.25)}));
   const Lattice rest(size);
-  MaterialHalos halos(field, rest.grid());
   const VoxelIndex center{41, 33, 36};
-  const ElementSet handle = elements({center}, rest.grid());
+  const Drag handle{field, rest, {center}};
   const glm::ivec3 by{9 * kUnitsPerVoxel, -4 * kUnitsPerVoxel, 700};
-  const ChainMailAnswer answer = solve_chainmail({rest, halos, handle, {}, {}}, by);
+  const ChainMailAnswer answer = handle.by(by);
   std::int64_t moved = 0;
   for (int z = 0; z < size.z; ++z) {
     for (int y = 0; y < size.y; ++y) {
@@ -94,10 +87,8 @@ TEST(ChainMail, RigidBlockMovesWhole) {
       Volume::of(size, VoxelType::uint8, axis_aligned(glm::dvec3(1)), std::move(samples)),
       table({material(0, 1, 0.5, 1.5, 0.2), material(1, 2, 1, 1, 0)}));
   const Lattice rest(size);
-  MaterialHalos halos(field, rest.grid());
   const glm::ivec3 by{1234, -777, 42};
-  const ChainMailAnswer answer =
-      solve_chainmail({rest, halos, elements({{30, 20, 20}}, rest.grid()), {}, {}}, by);
+  const ChainMailAnswer answer = Drag{field, rest, {{30, 20, 20}}}.by(by);
   for (int z = block.lo.z; z < block.hi.z; ++z) {
     for (int y = block.lo.y; y < block.hi.y; ++y) {
       for (int x = block.lo.x; x < block.hi.x; ++x) {
@@ -155,14 +146,16 @@ class Reference {
             const VoxelIndex low = side > 0 ? i : j;
             const VoxelIndex high = side > 0 ? j : i;
             const std::int64_t stretch = start[index(high)][c] - start[index(low)][c];
-            const auto mean = [&](const glm::dvec3 Material::*limit, int of_component) {
-              return 0.5 * ((of(low).*limit)[of_component] + (of(high).*limit)[of_component]);
+            const auto mean = [&](const glm::dvec3 Material::*limit, double at_rest) {
+              const auto units = [&](VoxelIndex v) {
+                const double room = std::abs((of(v).*limit)[c] - at_rest);
+                return static_cast<std::int64_t>(std::floor(room * 512 + 1e-9));
+              };
+              return (units(low) + units(high)) / 2;
             };
-            const double shear = mean(&Material::shear, c);
-            const double least = axis == c ? mean(&Material::compress, axis) - 1.0 : -shear;
-            const double most = axis == c ? mean(&Material::stretch, axis) - 1.0 : shear;
-            const auto bound_low = static_cast<std::int64_t>(std::ceil(least * 512 - 1e-9));
-            const auto bound_high = static_cast<std::int64_t>(std::floor(most * 512 + 1e-9));
+            const std::int64_t shear = mean(&Material::shear, 0.0);
+            const auto bound_low = axis == c ? -mean(&Material::compress, 1.0) : -shear;
+            const auto bound_high = axis == c ? mean(&Material::stretch, 1.0) : shear;
             // i moves towards j, and may until the link is as short as it gets; or away from it,
             // until it is as long.
             const bool towards = (side > 0) == (sign > 0);
@@ -230,26 +223,21 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
   const Reference reference(volume, materials);
   const auto faces = static_cast<std::uint8_t>(below(3) == 0 ? 1 << below(6) : 0);
   Lattice lattice(size);
-  MaterialHalos halos(field, lattice.grid());
   std::vector<glm::ivec3> u(static_cast<std::size_t>(voxel_count(size)), glm::ivec3(0));
   for (int drag = 0; drag < 4; ++drag) {
     std::vector<VoxelIndex> handle, pinned;
-    ElementSet handle_set, pinned_set;
     for (int n = 1 + below(5); n > 0; --n) {
       handle.emplace_back(below(size.x), below(size.y), below(size.z));
-      handle_set.insert(handle.back(), lattice.grid());
     }
     for (int n = below(3); n > 0; --n) {
       const VoxelIndex v{below(size.x), below(size.y), below(size.z)};
-      if (handle_set.contains(v, lattice.grid())) continue;
+      if (std::find(handle.begin(), handle.end(), v) != handle.end()) continue;
       pinned.push_back(v);
-      pinned_set.insert(v, lattice.grid());
     }
     const glm::ivec3 by{below(20000) - 10000, below(3) == 0 ? 0 : below(8000) - 4000,
                         below(400) - 200};
     const auto expected = reference.drag(u, handle, pinned, faces, by);
-    const ChainMailAnswer answer =
-        solve_chainmail({lattice, halos, handle_set, pinned_set, {faces, false}}, by);
+    const ChainMailAnswer answer = Drag{field, lattice, handle, pinned, {faces, false}}.by(by);
     ASSERT_EQ(answer.moved_by, expected.moved_by) << "drag " << drag;
     EXPECT_EQ(answer.clamped, expected.moved_by != by);
     std::size_t i = 0;
@@ -274,14 +262,14 @@ TEST(ChainMail, StopsExactlyAtAnAnchor) {
   Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.25)}),
                     {face_low_x, false});
   ASSERT_TRUE(deformer.begin_stroke({20, 1, 1}, 0).ok());
-  const auto report = deformer.drag_to({30, 0, 0}, one_worker());
+  const auto report = deformer.drag_to({30, 0, 0}, workers());
   ASSERT_TRUE(report.ok());
   // 20 links stretched by half a voxel each, and not a unit more.
   EXPECT_TRUE(report->clamped);
   EXPECT_EQ(report->moved_by_voxels, glm::dvec3(10, 0, 0));
   EXPECT_EQ(deformer.lattice().u({0, 1, 1}), glm::ivec3(0));
   EXPECT_EQ(violations_of(deformer.lattice(), deformer.materials(), deformer.cuts()).links, 0);
-  const auto within = deformer.drag_to({10, 0, 0}, one_worker());
+  const auto within = deformer.drag_to({10, 0, 0}, workers());
   ASSERT_TRUE(within.ok());
   EXPECT_FALSE(within->clamped);
 }
@@ -294,11 +282,9 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   for (int x = 10; x < 32; ++x) brick->u[0][x] = 1024;
   Lattice start(size);
   start.set(0, LatticeBrick::create({{0, 0, 0}, {32, 1, 1}}, *brick));
-  MaterialHalos halos(field, start.grid());
   const Violations before = violations_of(start, field, Cuts(field.size()));
   EXPECT_GT(before.links, 0);
-  const ChainMailAnswer answer =
-      solve_chainmail({start, halos, elements({{20, 0, 0}}, start.grid()), {}, {}}, {3000, 0, 0});
+  const ChainMailAnswer answer = Drag{field, start, {{20, 0, 0}}}.by({3000, 0, 0});
   const Violations after = violations_of(answer.lattice, field, Cuts(field.size()));
   EXPECT_LE(after.links, before.links);
   EXPECT_LE(after.worst_voxels, before.worst_voxels);
@@ -311,14 +297,14 @@ TEST(Deformer, AStrokeIsAFunctionOfItsTotalDrag) {
                            material(2, 3, 1, 1, 0)}),
                     {});
   ASSERT_TRUE(deformer.begin_stroke({30, 30, 30}, 3, "a").ok());
-  ASSERT_TRUE(deformer.drag_to({8, -3, 2}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({8, -3, 2}, workers()).ok());
   const Lattice once = deformer.lattice();
   for (const double x : {2.0, 20.0, -4.0, 8.0})
-    ASSERT_TRUE(deformer.drag_to({x, -3, 2}, one_worker()).ok());
+    ASSERT_TRUE(deformer.drag_to({x, -3, 2}, workers()).ok());
   EXPECT_TRUE(equal(deformer.lattice(), once));
-  ASSERT_TRUE(deformer.drag_to({0, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({0, 0, 0}, workers()).ok());
   EXPECT_TRUE(deformer.lattice().at_rest());
-  ASSERT_TRUE(deformer.drag_to({5, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({5, 0, 0}, workers()).ok());
   deformer.cancel_stroke();
   EXPECT_TRUE(deformer.lattice().at_rest());
   EXPECT_TRUE(deformer.handle_names().empty());
@@ -330,7 +316,7 @@ TEST(Deformer, UndoAndRedoRestoreEveryBit) {
   std::vector<Lattice> states{deformer.lattice()};
   for (int n = 0; n < 3; ++n) {
     ASSERT_TRUE(deformer.begin_stroke({10 + 12 * n, 25, 25}, 1).ok());
-    ASSERT_TRUE(deformer.drag_to({0, 4.5 + n, 1}, one_worker()).ok());
+    ASSERT_TRUE(deformer.drag_to({0, 4.5 + n, 1}, workers()).ok());
     deformer.end_stroke();
     states.push_back(deformer.lattice());
   }
@@ -351,28 +337,28 @@ TEST(Deformer, UndoAndRedoRestoreEveryBit) {
 TEST(Deformer, RefusesWhatCannotBeDone) {
   Deformer deformer(constant_volume({10, 10, 10}), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(deformer.drag_to({1, 0, 0}, one_worker()).ok());
+  EXPECT_FALSE(deformer.drag_to({1, 0, 0}, workers()).ok());
   EXPECT_FALSE(deformer.begin_stroke({10, 0, 0}, 1).ok());
   EXPECT_FALSE(deformer.begin_stroke({0, 0, 0}, -1).ok());
   EXPECT_FALSE(deformer.begin_stroke({0, 0, 0}, nan).ok());
   ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
   EXPECT_FALSE(deformer.begin_stroke({5, 5, 5}, 1).ok());
-  EXPECT_FALSE(deformer.drag_to({nan, 0, 0}, one_worker()).ok());
-  EXPECT_FALSE(deformer.drag_to({0, 1.1e6, 0}, one_worker()).ok());
-  EXPECT_TRUE(deformer.drag_to({0, 1e6, 0}, one_worker()).ok());
-  EXPECT_TRUE(deformer.drag_to({0, 1e-6, 0}, one_worker()).ok());
+  EXPECT_FALSE(deformer.drag_to({nan, 0, 0}, workers()).ok());
+  EXPECT_FALSE(deformer.drag_to({0, 1.1e6, 0}, workers()).ok());
+  EXPECT_TRUE(deformer.drag_to({0, 1e6, 0}, workers()).ok());
+  EXPECT_TRUE(deformer.drag_to({0, 1e-6, 0}, workers()).ok());
   EXPECT_FALSE(deformer.release("nobody").ok());
 }
 
 TEST(Deformer, StrokesTogetherStayWithinReach) {
   Deformer deformer(constant_volume({10, 10, 10}), table({material(0, 1, 1, 1, 0)}), {});
   ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({9e5, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({9e5, 0, 0}, workers()).ok());
   deformer.end_stroke();
   ASSERT_TRUE(deformer.begin_stroke({5, 5, 5}, 1).ok());
-  EXPECT_FALSE(deformer.drag_to({2e5, 0, 0}, one_worker()).ok());
-  EXPECT_FALSE(deformer.drag_to({-2e5, 0, 0}, one_worker()).ok());
-  ASSERT_TRUE(deformer.drag_to({1e5, 0, 0}, one_worker()).ok());
+  EXPECT_FALSE(deformer.drag_to({2e5, 0, 0}, workers()).ok());
+  EXPECT_FALSE(deformer.drag_to({-2e5, 0, 0}, workers()).ok());
+  ASSERT_TRUE(deformer.drag_to({1e5, 0, 0}, workers()).ok());
   EXPECT_EQ(deformer.lattice().u({0, 0, 0}), glm::ivec3(512'000'000, 0, 0));
 }
 
@@ -380,7 +366,7 @@ TEST(Deformer, HandlesAnswerToTheirNames) {
   Deformer deformer(constant_volume({60, 20, 20}), table({material(0, 1, 0.2, 3, 0.5)}), {});
   const auto drag = [&](int x, const char* name) {
     if (!deformer.begin_stroke({x, 10, 10}, 2, name).ok()) return false;
-    EXPECT_TRUE(deformer.drag_to({0, 0.5, 0}, one_worker()).ok());
+    EXPECT_TRUE(deformer.drag_to({0, 0.5, 0}, workers()).ok());
     deformer.end_stroke();
     return true;
   };
@@ -398,7 +384,7 @@ TEST(Deformer, MaterialEditsActOnTheNextDrag) {
   Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.2)}), {});
   const auto reach = [&] {
     EXPECT_TRUE(deformer.begin_stroke({0, 0, 0}, 0).ok());
-    const auto report = deformer.drag_to({-5, 0, 0}, one_worker());
+    const auto report = deformer.drag_to({-5, 0, 0}, workers());
     deformer.cancel_stroke();
     return report->elements_moved;
   };
@@ -418,12 +404,12 @@ TEST(Deformer, GrabsWhatMayMoveAndTakesPinnedHandlesAlong) {
       table({material(0, 1, 0.2, 3, 1), material(1, 2, 1, 1, 0, 1000, true)}), {});
   // The ball reaches into what is fixed; the skin over it still moves.
   ASSERT_TRUE(deformer.begin_stroke({15, 15, 17}, 4, "skin").ok());
-  auto report = deformer.drag_to({0, 0, 0.5}, one_worker());
+  auto report = deformer.drag_to({0, 0, 0.5}, workers());
   ASSERT_TRUE(report.ok());
   EXPECT_FALSE(report->clamped);
   deformer.end_stroke();
   ASSERT_TRUE(deformer.begin_stroke({15, 15, 18}, 1).ok());
-  report = deformer.drag_to({0, 0, 0.25}, one_worker());
+  report = deformer.drag_to({0, 0, 0.25}, workers());
   ASSERT_TRUE(report.ok());
   EXPECT_FALSE(report->clamped);
   deformer.end_stroke();
@@ -431,7 +417,7 @@ TEST(Deformer, GrabsWhatMayMoveAndTakesPinnedHandlesAlong) {
   EXPECT_EQ(deformer.lattice().u({15, 15, 15}).z, 384);
   // A handle of fixed elements alone says that it is held.
   ASSERT_TRUE(deformer.begin_stroke({15, 15, 5}, 2).ok());
-  report = deformer.drag_to({1, 0, 0}, one_worker());
+  report = deformer.drag_to({1, 0, 0}, workers());
   ASSERT_TRUE(report.ok());
   EXPECT_TRUE(report->clamped);
   EXPECT_EQ(report->moved_by_voxels, glm::dvec3(0));

@@ -20,7 +20,6 @@ using testing::equal;
 using testing::for_each_voxel;
 using testing::lattice_of;
 using testing::material;
-using testing::one_worker;
 using testing::random_volume;
 using testing::spring_left;
 using testing::table;
@@ -157,7 +156,7 @@ TEST_P(CutRelaxationReference, EndsAtNewtonsEquilibrium) {
                            material(2, 3, 0.5, 1.6, 0.24, stiffness[2])}),
                     {});
   ASSERT_TRUE(deformer.begin_stroke(handle_at, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({0.9, -0.4, 0.6}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({0.9, -0.4, 0.6}, testing::workers()).ok());
   deformer.end_stroke();
   const Lattice& start = deformer.lattice();
   const ElementSet handle = ball_of_elements(handle_at, 1, start.grid());
@@ -216,7 +215,7 @@ TEST(CutRelaxation, SameBitsForAnyNumberOfThreads) {
                     table({material(0, 1, 0.4, 2, 0.3, 1), material(1, 2, 0.9, 1.1, 0.05, 50)}),
                     {});
   ASSERT_TRUE(deformer.begin_stroke({40, 35, 33}, 3).ok());
-  ASSERT_TRUE(deformer.drag_to({0, -9, 4}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({0, -9, 4}, testing::workers()).ok());
   const Lattice start = deformer.lattice();
   Cuts cuts = with_disc(Cuts(size), start, {36, 30, 33}, {3, 1, 1}, 25.0);
   cuts = carve(cuts, start, {50, 33, 31}, 6.0);

@@ -13,9 +13,9 @@ namespace {
 using testing::constant_volume;
 using testing::equal;
 using testing::material;
-using testing::one_worker;
 using testing::random_volume;
 using testing::table;
+using testing::workers;
 
 constexpr std::int64_t kPlaneBytes = kBrickVoxels * 2;
 
@@ -41,7 +41,7 @@ std::uint64_t hash_of(const Deformer& deformer) {
 
 void drag(Deformer& deformer, VoxelIndex from, glm::dvec3 by) {
   ASSERT_TRUE(deformer.begin_stroke(from, 1).ok());
-  ASSERT_TRUE(deformer.drag_to(by, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to(by, workers()).ok());
   deformer.end_stroke();
 }
 
@@ -68,7 +68,7 @@ TEST(History, TenThousandRandomStrokesAndBackToTheFirstBit) {
       ASSERT_TRUE(deformer.begin_stroke(from, below(2)).ok());
       const auto far = [&] { return 0.01 * (below(600) - 300); };
       const glm::dvec3 by(far(), far(), far());
-      ASSERT_TRUE(deformer.drag_to(by, one_worker()).ok());
+      ASSERT_TRUE(deformer.drag_to(by, workers()).ok());
       deformer.end_stroke();
     }
     states.push_back(hash_of(deformer));
@@ -169,7 +169,7 @@ TEST(History, RelaxationBelongsToTheStepBefore) {
   drag(deformer, {8, 8, 8}, {0, 1, 0});
   const Lattice second = deformer.lattice();
   const auto relax = [&] {
-    Relaxation relaxation = deformer.relax(one_worker(), {});
+    Relaxation relaxation = deformer.relax(workers(), {});
     for (int n = 0; n < 20; ++n) {
       relaxation.iterate();
       deformer.adopt(relaxation.lattice());

@@ -16,9 +16,9 @@ namespace {
 using testing::constant_volume;
 using testing::equal;
 using testing::material;
-using testing::one_worker;
 using testing::random_volume;
 using testing::table;
+using testing::workers;
 
 constexpr std::int64_t kPlaneBytes = kBrickVoxels * 2;
 constexpr Size3 kSize{70, 66, 40};
@@ -48,7 +48,7 @@ TEST(LatticeMemory, ABudgetChangesNoBit) {
       if (kind < 5) {
         ASSERT_TRUE(deformer->begin_stroke(at, 2).ok());
         for (const double share : {0.5, 1.0}) {
-          const auto dragged = deformer->drag_to(by * share, one_worker());
+          const auto dragged = deformer->drag_to(by * share, workers());
           ASSERT_TRUE(dragged.ok()) << dragged.error().message;
         }
         kind == 4 ? deformer->cancel_stroke() : deformer->end_stroke();
@@ -80,22 +80,22 @@ TEST(LatticeMemory, ABudgetChangesNoBit) {
 TEST(LatticeMemory, AStrokeThatNeedsMoreIsRefusedAndNothingMoves) {
   Deformer deformer = deformer_with(6 * kPlaneBytes);
   ASSERT_TRUE(deformer.begin_stroke({16, 16, 16}, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({0.5, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({0.5, 0, 0}, workers()).ok());
   const Lattice before = deformer.lattice();
-  const auto refused = deformer.drag_to({30, 30, 30}, one_worker());
+  const auto refused = deformer.drag_to({30, 30, 30}, workers());
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().kind, ErrorKind::out_of_memory);
   EXPECT_NE(refused.error().message.find("the lattice may take 384 KiB"), std::string::npos)
       << refused.error().message;
   EXPECT_TRUE(equal(deformer.lattice(), before));
-  ASSERT_TRUE(deformer.drag_to({0, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({0, 0, 0}, workers()).ok());
   EXPECT_TRUE(deformer.lattice().at_rest());
 }
 
 TEST(LatticeMemory, WithoutABudgetPlanesKeepTheirValues) {
   Deformer deformer = deformer_with(std::nullopt);
   ASSERT_TRUE(deformer.begin_stroke({16, 16, 16}, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({0.5, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({0.5, 0, 0}, workers()).ok());
   EXPECT_EQ(deformer.memory(), nullptr);
   deformer.lattice().for_each_brick(
       [](std::int64_t, const LatticeBrick& brick) { EXPECT_EQ(brick.plane(0)->paged(), nullptr); });
@@ -112,7 +112,7 @@ TEST(LatticeMemory, AFullDiskLosesNothing) {
   std::optional<Error> error;
   for (int n = 0; n < 20 && !error; ++n) {
     ASSERT_TRUE(deformer.begin_stroke({8 + 3 * n, 30, 20}, 1).ok());
-    const auto dragged = deformer.drag_to({2, -1.5, 1 + 0.1 * n}, one_worker());
+    const auto dragged = deformer.drag_to({2, -1.5, 1 + 0.1 * n}, workers());
     if (dragged) {
       deformer.end_stroke();
       states.push_back(deformer.lattice());

@@ -16,9 +16,9 @@ using testing::equal;
 using testing::equilibrium;
 using testing::lattice_of;
 using testing::material;
-using testing::one_worker;
 using testing::random_volume;
 using testing::table;
+using testing::workers;
 
 constexpr AnchorRules kFree{0, true};
 
@@ -108,7 +108,7 @@ TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
                            material(2, 3, 0.5, 1.6, 0.24, stiffness[2])}),
                     {});
   ASSERT_TRUE(deformer.begin_stroke({4, 4, 3}, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({1.1, -0.4, 0.5}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({1.1, -0.4, 0.5}, workers()).ok());
   deformer.end_stroke();
   const ElementSet handle = ball_of_elements({4, 4, 3}, 1, deformer.lattice().grid());
   std::vector<glm::dvec3> start;
@@ -159,7 +159,7 @@ TEST(Relaxation, SameBitsForAnyNumberOfThreads) {
     Deformer deformer(
         volume, table({material(0, 1, 0.4, 2, 0.3, 1), material(1, 2, 0.9, 1.1, 0.05, 50)}), {});
     ASSERT_TRUE(deformer.begin_stroke({40, 35, 33}, 3).ok());
-    ASSERT_TRUE(deformer.drag_to({0, -9, 4}, one_worker()).ok());
+    ASSERT_TRUE(deformer.drag_to({0, -9, 4}, workers()).ok());
     WorkerPool pool(threads);
     Relaxation relaxation = deformer.relax(pool, {});
     run(relaxation, 40);
@@ -177,7 +177,7 @@ TEST(Relaxation, SpringsBackWhenReleased) {
   const Size3 size{24, 24, 24};
   Deformer deformer(constant_volume(size), table({material(0, 1, 0.5, 1.5, 0.24)}), {});
   ASSERT_TRUE(deformer.begin_stroke({12, 12, 12}, 1, "pull").ok());
-  ASSERT_TRUE(deformer.drag_to({1.5, 0, 0}, one_worker()).ok());
+  ASSERT_TRUE(deformer.drag_to({1.5, 0, 0}, workers()).ok());
   deformer.end_stroke();
   ASSERT_TRUE(deformer.release("pull").ok());
   WorkerPool pool(2);

@@ -1,9 +1,12 @@
 // Small volumes and tables for the tests of this room.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <random>
 #include <vector>
 
+#include "deform/chainmail.h"
 #include "deform/deformer.h"
 
 namespace maille::testing {
@@ -52,10 +55,39 @@ inline Volume random_volume(Size3 size, int kinds, int block, unsigned seed,
   return Volume::of(size, VoxelType::uint8, axis_aligned(spacing_mm), std::move(samples));
 }
 
-inline WorkerPool& one_worker() {
-  static WorkerPool pool(1);
-  return pool;
+// Workers of a number, made once: tests ask for one unless they compare numbers.
+inline WorkerPool& workers(int count = 1) {
+  static std::map<int, std::unique_ptr<WorkerPool>> pools;
+  auto& pool = pools[count];
+  if (!pool) pool = std::make_unique<WorkerPool>(count);
+  return *pool;
 }
+
+inline ElementSet elements(const std::vector<VoxelIndex>& voxels, const BrickGrid& grid) {
+  ElementSet set;
+  for (const VoxelIndex v : voxels) set.insert(v, grid);
+  return set;
+}
+
+// One drag without a Deformer.
+struct Drag {
+  const MaterialField& field;
+  const Lattice& start;
+  std::vector<VoxelIndex> handle;
+  std::vector<VoxelIndex> pinned = {};
+  AnchorRules anchors = {};
+  Cuts cuts = {};
+  int threads = 1;
+
+  ChainMailAnswer by(glm::ivec3 units) const {
+    const BrickGrid& grid = start.grid();
+    const Cuts whole(grid.volume_size());
+    const ElementSet fixed = elements(pinned, grid);
+    const ElementSet moved = elements(handle, grid);
+    StrokeBricks bricks(field, cuts.grid().count() > 0 ? cuts : whole, fixed, anchors);
+    return solve_chainmail({start, bricks, moved}, units, workers(threads));
+  }
+};
 
 inline bool equal(const Lattice& a, const Lattice& b) {
   const Size3 size = a.grid().volume_size();

@@ -7,50 +7,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/resample/scenes.h"
+
 namespace maille {
 namespace {
 
-using Field = std::function<glm::dvec3(glm::dvec3)>;  // displacement (voxels) of a rest position
-
-Lattice lattice_from(Size3 size, const Field& u) {
-  Lattice lattice(size);
-  const BrickGrid& grid = lattice.grid();
-  for (std::int64_t b = 0; b < grid.count(); ++b) {
-    auto brick = std::make_unique<BrickDisplacements>();
-    const VoxelBox box = grid.box(grid.brick(b));
-    for (int z = box.lo.z; z < box.hi.z; ++z) {
-      for (int y = box.lo.y; y < box.hi.y; ++y) {
-        for (int x = box.lo.x; x < box.hi.x; ++x) {
-          const glm::dvec3 move = u({x, y, z}) * double{kUnitsPerVoxel};
-          for (int c = 0; c < 3; ++c) {
-            brick->u[c][element_in_brick({x, y, z})] = static_cast<int>(std::lround(move[c]));
-          }
-        }
-      }
-    }
-    lattice.set(b, LatticeBrick::create(box, *brick));
-  }
-  return lattice;
-}
-
-template <class T>
-Volume volume_from(Size3 size, VoxelType type, glm::dvec3 spacing_mm,
-                   const std::function<double(VoxelIndex)>& value) {
-  std::vector<T> samples;
-  for (int z = 0; z < size.z; ++z) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x) samples.push_back(static_cast<T>(value({x, y, z})));
-    }
-  }
-  return Volume::of(size, type, axis_aligned(spacing_mm), std::move(samples));
-}
-
-// Every voxel its own value, so that a wrong element shows.
-Volume numbered(Size3 size, glm::dvec3 spacing_mm = glm::dvec3(1)) {
-  return volume_from<float>(size, VoxelType::float32, spacing_mm, [&](VoxelIndex v) {
-    return static_cast<double>(linear_index(v, size));
-  });
-}
+using namespace testing;
 
 struct Resampled {
   Volume volume;
