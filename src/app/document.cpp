@@ -96,6 +96,7 @@ void Document::make_deformer() {
   if (plan_.undo) options.undo_memory_bytes = options_.undo_memory_bytes;
   deformer_.emplace(volume_, std::move(materials), scene_.anchors, options);
   shown_ = Lattice(volume_.size());
+  shown_cuts_ = Cuts(volume_.size());
 }
 
 Result<void> Document::check_drags() const {
@@ -160,9 +161,10 @@ ViewUpdate Document::take_view() {
   ViewUpdate update;
   if (!plan_.resampling) return update;
   const trace::Span span("prepare view");
-  update.bricks = dirty_bricks(shown_, Cuts(volume_.size()), lattice(), Cuts(volume_.size()));
+  update.bricks = dirty_bricks(shown_, shown_cuts_, lattice(), cuts());
   shown_ = lattice();
-  update.resampler = std::make_shared<const Resampler>(volume_, shown_, Cuts(volume_.size()),
+  shown_cuts_ = cuts();
+  update.resampler = std::make_shared<const Resampler>(volume_, shown_, shown_cuts_,
                                                        scene_.resampling, range().lowest);
   return update;
 }
@@ -191,7 +193,7 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   }
   deformer_->end_stroke();
   if (options_.measure) {
-    const auto violations = violations_of(lattice(), deformer_->materials(), deformer_->cuts());
+    const auto violations = violations_of(lattice(), deformer_->materials(), cuts());
     s.violated_links = std::max(s.violated_links, violations.links);
     s.worst_violation_voxels = std::max(s.worst_violation_voxels, violations.worst_voxels);
   }
@@ -316,8 +318,8 @@ Result<void> Document::redo(int count) {
 Volume Document::deformed_volume() {
   if (!plan_.resampling) return volume_;
   ResampleCounts counts;
-  auto volume = resample_volume(volume_, lattice(), Cuts(volume_.size()), scene_.resampling,
-                                range().lowest, pool_, counts);
+  auto volume =
+      resample_volume(volume_, lattice(), cuts(), scene_.resampling, range().lowest, pool_, counts);
   statistics_.resample->add(counts);
   return volume;
 }
@@ -329,8 +331,7 @@ Result<void> Document::save(const SaveAction& action) {
   if (!action.field) return {};
   std::vector<glm::vec3> field;
   if (plan_.resampling) {
-    const Resampler resampler(volume_, lattice(), Cuts(volume_.size()), scene_.resampling,
-                              range().lowest);
+    const Resampler resampler(volume_, lattice(), cuts(), scene_.resampling, range().lowest);
     field = inverse_field_mm(volume_, resampler, pool_);
   } else {
     field.resize(static_cast<std::size_t>(voxel_count(volume_.size())));
@@ -352,10 +353,10 @@ void Document::measure_state() {
   statistics_.memory.peak_rss_bytes = peak_rss_bytes();
   if (!deformer_) return;
   if (options_.measure) {
-    statistics_.resample->folded_cells = count_folded_cells(lattice(), Cuts(volume_.size()), pool_);
+    statistics_.resample->folded_cells = count_folded_cells(lattice(), cuts(), pool_);
   }
   if (statistics_.cuts) {
-    const auto counts = count_removed(deformer_->cuts());
+    const auto counts = count_removed(cuts());
     statistics_.cuts->links_removed = counts.links_removed;
     statistics_.cuts->elements_carved = counts.elements_carved;
   }

@@ -36,7 +36,7 @@ struct DocumentOptions {
 // many iterations.
 inline constexpr std::int64_t kDeterministicIterations = 500;
 
-// One state of the lattice, as the picture's side needs it.
+// One state of the lattice and what is cut from it, as the picture's side needs it.
 struct ViewUpdate {
   std::shared_ptr<const Resampler> resampler;  // null: the volume as it is
   std::vector<std::int64_t> bricks;            // whose voxels differ from the update before
@@ -76,6 +76,7 @@ class Document {
   // Only where plan().deforms().
   Deformer& deformer() { return *deformer_; }
   const Lattice& lattice() const { return deformer_->lattice(); }
+  const Cuts& cuts() const { return deformer_->cuts(); }
 
   // The state now, against the one handed out before (at first: against the untouched volume).
   ViewUpdate take_view();
@@ -120,7 +121,8 @@ class Document {
   Volume volume_;
   std::optional<VolumeStatistics> range_;
   std::optional<Deformer> deformer_;
-  Lattice shown_;  // the lattice of the last take_view()
+  Lattice shown_;  // of the last take_view()
+  Cuts shown_cuts_;
 };
 
 // "FILE: actions[3].drag: MESSAGE": an action that parsed and yet cannot be done is bad input.

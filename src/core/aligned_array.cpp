@@ -49,7 +49,7 @@ void* take_block(std::size_t bytes) {
       return block;
     }
   }
-  return ::operator new(bytes, std::align_val_t{kCacheLine});
+  return ::operator new (bytes, std::align_val_t{kCacheLine});
 }
 
 void give_block_back(void* block, std::size_t bytes) noexcept {
@@ -66,7 +66,7 @@ void give_block_back(void* block, std::size_t bytes) noexcept {
       }
     }
   }
-  ::operator delete(block, std::align_val_t{kCacheLine});
+  ::operator delete (block, std::align_val_t{kCacheLine});
 }
 
 }  // namespace detail

@@ -139,10 +139,10 @@ MovedLabels<L> lower_labels(L* labels, Size3 extent, const DirtyRows& reached, L
 
 int closure_versions() { return static_cast<int>(versions<std::uint16_t>().size()); }
 
-template void close_brick(std::uint16_t*, Size3, BrickSlack<std::uint16_t>&, DirtyRows&,
-                          DirtyRows&, int);
-template void close_brick(std::uint32_t*, Size3, BrickSlack<std::uint32_t>&, DirtyRows&,
-                          DirtyRows&, int);
+template void close_brick(std::uint16_t*, Size3, BrickSlack<std::uint16_t>&, DirtyRows&, DirtyRows&,
+                          int);
+template void close_brick(std::uint32_t*, Size3, BrickSlack<std::uint32_t>&, DirtyRows&, DirtyRows&,
+                          int);
 template MovedLabels<std::uint16_t> lower_labels(std::uint16_t*, Size3, const DirtyRows&,
                                                  std::uint16_t, std::uint32_t*, int);
 template MovedLabels<std::uint32_t> lower_labels(std::uint32_t*, Size3, const DirtyRows&,

@@ -77,7 +77,7 @@ class BrickSlack {
   const StrokeBrick* brick_ = nullptr;
   const DirectedLimits<L>* limits_ = nullptr;
   const CutBrick* cut_ = nullptr;
-  const DisplacementPlane* here_ = nullptr;  // of the component; null: at rest
+  const DisplacementPlane* here_ = nullptr;           // of the component; null: at rest
   std::array<const DisplacementPlane*, 6> beside_{};  // [2 * axis + (side > 0)]
   std::array<const CutBrick*, 3> cut_before_{};       // of the neighbours below
   bool uniform_ = false;

@@ -87,9 +87,9 @@ class DragSolver {
     answer_.moved_by[component] = limits.sign * static_cast<std::int32_t>(drag - overshoot);
     answer_.clamped = answer_.clamped || overshoot > 0;
     answer_.bricks_swept += closure.bricks_closed();
-    answer_.working_bytes = std::max(
-        answer_.working_bytes,
-        static_cast<std::int64_t>(closure.nodes().size() * sizeof(L) * kBrickVoxels));
+    answer_.working_bytes =
+        std::max(answer_.working_bytes,
+                 static_cast<std::int64_t>(closure.nodes().size() * sizeof(L) * kBrickVoxels));
 
     using Node = typename ComponentClosure<L>::Node;
     std::vector<std::pair<Node*, TouchedBrick*>> work;
@@ -130,8 +130,8 @@ class DragSolver {
     if constexpr (sizeof(L) == sizeof(std::uint16_t)) {
       if (!plane) {
         // From rest the labels are the offsets.
-        DisplacementPlane::Known known{0, sign, moved.lowest, moved.highest,
-                                       {box.lo + moved.box.lo, box.lo + moved.box.hi}};
+        DisplacementPlane::Known known{
+            0, sign, moved.lowest, moved.highest, {box.lo + moved.box.lo, box.lo + moved.box.hi}};
         if (sign < 0) {
           known.lowest = -std::int32_t{moved.highest};
           known.highest = -std::int32_t{moved.lowest};

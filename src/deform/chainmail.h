@@ -25,10 +25,10 @@
 namespace maille {
 
 struct ChainMailProblem {
-  const Lattice& start;       // within the limits, or as relaxation left it: a link outside
-                              // its limits counts as having no slack and gets no worse
-  StrokeBricks& bricks;       // materials, cuts and anchors
-  const ElementSet& handle;   // moves as one
+  const Lattice& start;      // within the limits, or as relaxation left it: a link outside
+                             // its limits counts as having no slack and gets no worse
+  StrokeBricks& bricks;      // materials, cuts and anchors
+  const ElementSet& handle;  // moves as one
 };
 
 struct ChainMailAnswer {

@@ -28,9 +28,7 @@ struct SideLine {
         first = (line * kBrickEdge + layer) * kBrickEdge;
         stride = 1;
         break;
-      default:
-        first = (layer * kBrickEdge + line) * kBrickEdge;
-        stride = 1;
+      default: first = (layer * kBrickEdge + line) * kBrickEdge; stride = 1;
     }
   }
 };
@@ -268,10 +266,10 @@ L ComponentClosure<L>::wish(const Task& task, int axis, int side,
   for (int i = 0; i < lines_of(axis, extent); ++i) {
     if (!line_reached(node.reached, axis, layer, i)) continue;
     const L* from = gathered(node.labels.get(), SideLine(axis, layer, i), lanes, from_scratch);
-    const L* to = theirs && theirs->labels ? gathered(theirs->labels.get(),
-                                                      SideLine(axis, their_layer, i), lanes,
-                                                      to_scratch)
-                                           : kNothing;
+    const L* to =
+        theirs && theirs->labels
+            ? gathered(theirs->labels.get(), SideLine(axis, their_layer, i), lanes, to_scratch)
+            : kNothing;
     if (!any_greater(from, to)) continue;
     slack.cross(axis, side, i, crossing);
     highest = std::max(highest, highest_push(from, crossing.out_of, to));
@@ -288,7 +286,8 @@ void ComponentClosure<L>::raise_overshoot(const Node& node) {
       const int row = z * kBrickEdge + __builtin_ctz(rows);
       const std::uint32_t held = (*node.brick->held)[static_cast<std::size_t>(row)];
       if (held == 0) continue;
-      highest = std::max(highest, highest_of(&node.labels[static_cast<std::size_t>(row) * 32], held));
+      highest =
+          std::max(highest, highest_of(&node.labels[static_cast<std::size_t>(row) * 32], held));
     }
   }
   L known = overshoot();

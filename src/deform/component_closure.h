@@ -55,7 +55,7 @@ class ComponentClosure {
   using Wishes = std::array<L, 6>;  // what a brick would raise its neighbours to, at most
 
   void work(double seconds);
-  Task take_highest();           // under the mutex
+  Task take_highest();  // under the mutex
   void wait_for(Node& node, L priority);
   bool beside_a_running_one(BrickIndex brick) const;
   Wishes visit(const Task& task, BrickSlack<L>& slack);

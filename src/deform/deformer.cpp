@@ -135,8 +135,7 @@ Result<void> Deformer::begin_stroke(VoxelIndex element, double radius_voxels, st
   now_.handles = std::move(others);
   stroke.pinned = std::make_unique<ElementSet>(pinned_elements());
   stroke.furthest_voxels = furthest_voxels(now_.lattice);
-  stroke.bricks =
-      std::make_unique<StrokeBricks>(materials_, now_.cuts, *stroke.pinned, anchors_);
+  stroke.bricks = std::make_unique<StrokeBricks>(materials_, now_.cuts, *stroke.pinned, anchors_);
   stroke.handle = {std::move(names), std::move(grabbed)};
   stroke_ = std::move(stroke);
   return {};

@@ -94,7 +94,7 @@ class Deformer {
     Deformation before;
     Handle handle;
     std::unique_ptr<ElementSet> pinned;  // by the other handles
-    double furthest_voxels = 0.0;  // from rest, of any element when the stroke began
+    double furthest_voxels = 0.0;        // from rest, of any element when the stroke began
     std::unique_ptr<StrokeBricks> bricks;
   };
 

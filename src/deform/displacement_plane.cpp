@@ -140,8 +140,7 @@ std::int32_t DisplacementPlane::at_paged(std::size_t element) const {
 void DisplacementPlane::page_through(const std::shared_ptr<PlaneStore>& store) const {
   const auto give = [&](auto& array) {
     using Value = std::remove_reference_t<decltype(array[0])>;
-    AlignedArray<std::byte> bytes(reinterpret_cast<std::byte*>(array.get()),
-                                  array.get_deleter());
+    AlignedArray<std::byte> bytes(reinterpret_cast<std::byte*>(array.get()), array.get_deleter());
     array.release();
     paged_ = std::make_unique<const PagedArray>(store, std::move(bytes), int{sizeof(Value)});
   };

@@ -52,19 +52,16 @@ template <class L>
 }  // namespace
 
 // The loader chooses among plain functions only.
-#define MAILLE_LINES_OF(L)                                                          \
-  MAILLE_FOR_SEVERAL_WIDTHS bool push_line(const L* from, const L* slack, L* to) {  \
-    return push(from, slack, to);                                                   \
-  }                                                                                 \
-  MAILLE_FOR_SEVERAL_WIDTHS L highest_push(const L* from, const L* slack,           \
-                                           const L* to) {                           \
-    return highest(from, slack, to);                                                \
-  }                                                                                 \
-  MAILLE_FOR_SEVERAL_WIDTHS bool any_greater(const L* a, const L* b) {              \
-    return greater(a, b);                                                           \
-  }                                                                                 \
-  MAILLE_FOR_SEVERAL_WIDTHS L highest_of(const L* labels, std::uint32_t which) {    \
-    return highest_where(labels, which);                                            \
+#define MAILLE_LINES_OF(L)                                                                     \
+  MAILLE_FOR_SEVERAL_WIDTHS bool push_line(const L* from, const L* slack, L* to) {             \
+    return push(from, slack, to);                                                              \
+  }                                                                                            \
+  MAILLE_FOR_SEVERAL_WIDTHS L highest_push(const L* from, const L* slack, const L* to) {       \
+    return highest(from, slack, to);                                                           \
+  }                                                                                            \
+  MAILLE_FOR_SEVERAL_WIDTHS bool any_greater(const L* a, const L* b) { return greater(a, b); } \
+  MAILLE_FOR_SEVERAL_WIDTHS L highest_of(const L* labels, std::uint32_t which) {               \
+    return highest_where(labels, which);                                                       \
   }
 MAILLE_LINES_OF(std::uint16_t)
 MAILLE_LINES_OF(std::uint32_t)

@@ -15,14 +15,14 @@ PagedArray::PagedArray(std::shared_ptr<PlaneStore> store, AlignedArray<std::byte
   try {
     store_->take_in(*this);
   } catch (...) {
-    AlignedDelete()(values_.load());
+    AlignedDelete{static_cast<std::size_t>(bytes())}(values_.load());
     throw;
   }
 }
 
 PagedArray::~PagedArray() {
   store_->forget(*this);
-  AlignedDelete()(values_.load());
+  AlignedDelete{static_cast<std::size_t>(bytes())}(values_.load());
 }
 
 std::int64_t PagedArray::bytes() const { return std::int64_t{kBrickVoxels} * value_bytes_; }
@@ -121,7 +121,7 @@ bool PlaneStore::put_aside(const PagedArray& array) {
     array.values_ = values;
     return false;
   }
-  AlignedDelete()(values);
+  AlignedDelete{static_cast<std::size_t>(array.bytes())}(values);
   leave_memory(array);
   return true;
 }

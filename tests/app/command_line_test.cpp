@@ -25,9 +25,10 @@ void expect_refused(const std::vector<std::string>& words, int exit_code) {
 TEST(CommandLine, EveryCommandHasHelp) {
   const auto all = run_maille({"--help"});
   EXPECT_EQ(all.exit_code, 0);
-  for (const auto* const word : {"render", "deform", "pick", "info", "phantom", "demo", "--version",
-                                 "--list-devices", "--device", "--threads", "--seed",
-                                 "--deterministic", "--quiet", "--verbose", "--volume-store"}) {
+  for (const auto* const word :
+       {"render", "deform", "pick", "info", "phantom", "demo", "--version", "--list-devices",
+        "--device", "--threads", "--seed", "--deterministic", "--quiet", "--verbose",
+        "--volume-store", "--lattice-memory", "--undo-memory"}) {
     EXPECT_NE(all.out.find(word), std::string::npos) << word;
   }
   for (const auto* const command : {"render", "deform", "pick", "info", "phantom", "demo"}) {
@@ -51,6 +52,8 @@ TEST(CommandLine, WrongUsageIs2) {
   expect_refused({"render", "x.nrrd", "-o", "x.png", "--size", "5x5x5"}, 2);
   expect_refused({"render", "x.nrrd", "-o", "x.png", "--threads", "0"}, 2);
   expect_refused({"render", "x.nrrd", "-o", "x.png", "--volume-store", "tape"}, 2);
+  expect_refused({"deform", "x.nrrd", "-o", "y.nrrd", "--lattice-memory", "0"}, 2);
+  expect_refused({"deform", "x.nrrd", "-o", "y.nrrd", "--undo-memory", "lots"}, 2);
   expect_refused({"info", "x.nrrd", "y.nrrd"}, 2);
   expect_refused({"info", "x.nrrd", "--frobnicate"}, 2);
   expect_refused({"pick", "x.nrrd", "1"}, 2);

@@ -31,6 +31,24 @@ TEST(Plan, AStillPictureNeedsNeitherLatticeNorMaterials) {
   EXPECT_FALSE(left_out(plan, "composite"));
 }
 
+TEST(Plan, CutsCarvingAndUndoStateAreMadeForTheirActionsOnly) {
+  const auto plan_with = [](const std::string& actions) {
+    return plan_of(scene_of(R"("actions": [)" + actions + "]"), {});
+  };
+  const std::string ball = R"({"center_voxel": [1, 2, 3], "radius_voxels": 2})";
+  const auto dragged = plan_with(kDrag);
+  for (const auto* const name : {"cut", "carve", "undo"}) {
+    EXPECT_TRUE(left_out(dragged, name)) << name;
+  }
+  const auto cut = plan_with(R"({"cut": {"polygon_mm": [[0,0,0], [9,0,0], [9,9,0]]}})");
+  EXPECT_TRUE(cut.deforms() && cut.resampling && cut.cut);
+  EXPECT_FALSE(cut.chainmail || cut.carve || cut.relaxation);
+  EXPECT_TRUE(plan_with(R"({"carve": )" + ball + "}").carve);
+  EXPECT_TRUE(plan_with(R"({"restore": )" + ball + "}").carve);
+  EXPECT_FALSE(left_out(plan_with(kDrag + R"(, {"undo": 1})"), "undo"));
+  EXPECT_FALSE(plan_with(R"({"undo": 1})").undo) << "nothing to undo";
+}
+
 TEST(Plan, DeformingNeedsNoVulkan) {
   const auto plan = plan_of(scene_of(R"("actions": [)" + kDrag + "]"), {});
   for (const auto* const name :

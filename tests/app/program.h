@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,9 @@ struct Run {
   std::string err;
 };
 
-Run run_maille(const std::vector<std::string>& words);
+// environment: variables that are others for the program than for the test.
+Run run_maille(const std::vector<std::string>& words,
+               const std::map<std::string, std::string>& environment = {});
 
 // A folder of the running test's own, emptied at first and removed at the end.
 class Folder {

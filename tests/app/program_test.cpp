@@ -37,7 +37,8 @@ Folder::~Folder() {
   std::filesystem::remove_all(path_, ignored);
 }
 
-Run run_maille(const std::vector<std::string>& words) {
+Run run_maille(const std::vector<std::string>& words,
+               const std::map<std::string, std::string>& environment) {
   const Folder folder;
   const auto out = folder("out");
   const auto err = folder("err");
@@ -50,6 +51,7 @@ Run run_maille(const std::vector<std::string>& words) {
   if (child == 0) {
     dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
     dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+    for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
     execv(arguments[0], arguments.data());
     _exit(127);
   }

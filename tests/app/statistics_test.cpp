@@ -16,6 +16,9 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
   s.device.emplace();
   s.chainmail.emplace();
   s.relaxation.emplace();
+  s.cuts.emplace();
+  s.undo.emplace();
+  s.memory.budget.emplace();
   s.resample.emplace();
   s.upload.emplace();
   s.frames.emplace().milliseconds = {3.0, 1.0, 2.0};
@@ -23,7 +26,7 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
   const auto json = nlohmann::json::parse(to_json(s));
   expect_keys(json,
               {"maille_stats", "version", "command", "machine", "device", "volume", "chainmail",
-               "relaxation", "resample", "upload", "frames", "memory", "left_out"});
+               "cuts", "undo", "relaxation", "resample", "upload", "frames", "memory", "left_out"});
   expect_keys(json["machine"], {"threads", "triad_gb_per_s"});
   expect_keys(json["device"], {"name", "driver", "sparse"});
   expect_keys(json["volume"], {"size", "type", "bytes", "load_seconds"});
@@ -36,6 +39,11 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
   expect_keys(json["upload"], {"bricks", "bytes", "seconds"});
   expect_keys(json["frames"], {"count", "median_ms", "gpu_ms"});
   expect_keys(json["frames"]["gpu_ms"], {"raycast", "upload", "pick"});
+  expect_keys(json["cuts"], {"links_removed", "elements_carved", "seconds"});
+  expect_keys(json["undo"], {"steps", "redo_steps", "bytes", "budget_bytes", "dropped_steps"});
+  expect_keys(json["memory"],
+              {"lattice_bytes_per_element", "lattice_budget_bytes", "lattice_peak_bytes",
+               "scratch_planes_written", "scratch_bytes_written", "scratch_planes_read"});
   expect_keys(json["memory"], {"peak_rss_bytes", "lattice_bricks", "lattice_bytes",
                                "gpu_pages_resident", "gpu_pages_total", "gpu_bytes"});
   EXPECT_EQ(json["maille_stats"], 1);
@@ -47,8 +55,8 @@ TEST(Statistics, WhatWasLeftOutIsAbsentAndNamed) {
   RunStatistics s;
   s.left_out = {"relaxation", "window"};
   const auto json = nlohmann::json::parse(to_json(s));
-  for (const auto* const section :
-       {"device", "chainmail", "relaxation", "resample", "upload", "frames", "pick"}) {
+  for (const auto* const section : {"device", "chainmail", "cuts", "undo", "relaxation", "resample",
+                                    "upload", "frames", "pick"}) {
     EXPECT_FALSE(json.contains(section)) << section;
   }
   EXPECT_FALSE(json["machine"].contains("triad_gb_per_s"));

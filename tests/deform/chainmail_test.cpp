@@ -88,8 +88,7 @@ TEST(ChainMail, RigidBlockMovesWhole) {
       table({material(0, 1, 0.5, 1.5, 0.2), material(1, 2, 1, 1, 0)}));
   const Lattice rest(size);
   const glm::ivec3 by{1234, -777, 42};
-  const ChainMailAnswer answer =
-      Drag{field, rest, {{30, 20, 20}}}.by(by);
+  const ChainMailAnswer answer = Drag{field, rest, {{30, 20, 20}}}.by(by);
   for (int z = block.lo.z; z < block.hi.z; ++z) {
     for (int y = block.lo.y; y < block.hi.y; ++y) {
       for (int x = block.lo.x; x < block.hi.x; ++x) {
@@ -238,8 +237,7 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
     const glm::ivec3 by{below(20000) - 10000, below(3) == 0 ? 0 : below(8000) - 4000,
                         below(400) - 200};
     const auto expected = reference.drag(u, handle, pinned, faces, by);
-    const ChainMailAnswer answer =
-        Drag{field, lattice, handle, pinned, {faces, false}}.by(by);
+    const ChainMailAnswer answer = Drag{field, lattice, handle, pinned, {faces, false}}.by(by);
     ASSERT_EQ(answer.moved_by, expected.moved_by) << "drag " << drag;
     EXPECT_EQ(answer.clamped, expected.moved_by != by);
     std::size_t i = 0;
@@ -286,8 +284,7 @@ TEST(ChainMail, AViolatedStartGetsNoWorse) {
   start.set(0, LatticeBrick::create({{0, 0, 0}, {32, 1, 1}}, *brick));
   const Violations before = violations_of(start, field, Cuts(field.size()));
   EXPECT_GT(before.links, 0);
-  const ChainMailAnswer answer =
-      Drag{field, start, {{20, 0, 0}}}.by({3000, 0, 0});
+  const ChainMailAnswer answer = Drag{field, start, {{20, 0, 0}}}.by({3000, 0, 0});
   const Violations after = violations_of(answer.lattice, field, Cuts(field.size()));
   EXPECT_LE(after.links, before.links);
   EXPECT_LE(after.worst_voxels, before.worst_voxels);

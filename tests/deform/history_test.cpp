@@ -13,9 +13,9 @@ namespace {
 using testing::constant_volume;
 using testing::equal;
 using testing::material;
-using testing::workers;
 using testing::random_volume;
 using testing::table;
+using testing::workers;
 
 constexpr std::int64_t kPlaneBytes = kBrickVoxels * 2;
 
@@ -53,8 +53,9 @@ TEST(History, TenThousandRandomStrokesAndBackToTheFirstBit) {
   const auto tables = [](double shear) {
     return table({material(0, 1, 0.5, 1.5, shear), material(1, 2, 0.9, 1.1, 0.05)});
   };
-  Deformer deformer(random_volume(size, 2, 2, seed), tables(0.2), {},
-                    {.undo_memory_bytes = std::int64_t{1} << 40});
+  Deformer deformer(
+      random_volume(size, 2, 2, seed), tables(0.2), {},
+      {.undo_memory_bytes = std::int64_t{1} << 40, .lattice_memory_bytes = std::int64_t{64} << 20});
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
   std::vector<std::uint64_t> states{hash_of(deformer)};
   for (int n = 0; n < 10000; ++n) {
@@ -65,8 +66,8 @@ TEST(History, TenThousandRandomStrokesAndBackToTheFirstBit) {
     } else {
       const VoxelIndex from{below(size.x), below(size.y), below(size.z)};
       ASSERT_TRUE(deformer.begin_stroke(from, below(2)).ok());
-      glm::dvec3 by(0);
-      by[below(3)] = 0.01 * (below(600) - 300);
+      const auto far = [&] { return 0.01 * (below(600) - 300); };
+      const glm::dvec3 by(far(), far(), far());
       ASSERT_TRUE(deformer.drag_to(by, workers()).ok());
       deformer.end_stroke();
     }

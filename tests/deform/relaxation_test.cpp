@@ -16,9 +16,9 @@ using testing::equal;
 using testing::equilibrium;
 using testing::lattice_of;
 using testing::material;
-using testing::workers;
 using testing::random_volume;
 using testing::table;
+using testing::workers;
 
 constexpr AnchorRules kFree{0, true};
 
