@@ -202,8 +202,8 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
       "How fast a drag is answered, by elements, material, volume and threads (1 and 2, or "
       "--threads)");
   add_output(speed);
-  auto& error = *command.add_subcommand(
-      "error", "Run time against error, beside other ways to do the same");
+  auto& error =
+      *command.add_subcommand("error", "Run time against error, beside other ways to do the same");
   error.add_option("--stage", o.stage, "Of the deformation: chainmail")
       ->required()
       ->type_name("STAGE");

@@ -35,12 +35,8 @@ Json order_json(const Scene& scene, const Order& order) {
 }
 
 std::string json_text(const ChainMailError& report) {
-  Json out = {{"maille_measure", 1},
-              {"version", MAILLE_VERSION},
-              {"what", "error"},
-              {"stage", "chainmail"},
-              {"machine", json_of(report.machine)},
-              {"seed", report.seed},
+  Json out = {{"maille_measure", 1},    {"version", MAILLE_VERSION},          {"what", "error"},
+              {"stage", "chainmail"},   {"machine", json_of(report.machine)}, {"seed", report.seed},
               {"scenes", Json::array()}};
   for (const Scene& scene : report.scenes) {
     Json equilibrium = {{"iterations", scene.equilibrium.iterations},
@@ -52,14 +48,14 @@ std::string json_text(const ChainMailError& report) {
     Json orders = Json::array();
     for (const Order& order : scene.orders) orders.push_back(order_json(scene, order));
     out["scenes"].push_back(Json{{"scene", scene.name},
-                             {"title", scene.title},
-                             {"size", json_of(scene.size)},
-                             {"asked_voxels", json_of(scene.asked_voxels)},
-                             {"moved_voxels", json_of(scene.moved_voxels)},
-                             {"affected_elements", scene.affected_elements},
-                             {"affected_links", scene.affected_links},
-                             {"equilibrium", std::move(equilibrium)},
-                             {"orders", std::move(orders)}});
+                                 {"title", scene.title},
+                                 {"size", json_of(scene.size)},
+                                 {"asked_voxels", json_of(scene.asked_voxels)},
+                                 {"moved_voxels", json_of(scene.moved_voxels)},
+                                 {"affected_elements", scene.affected_elements},
+                                 {"affected_links", scene.affected_links},
+                                 {"equilibrium", std::move(equilibrium)},
+                                 {"orders", std::move(orders)}});
   }
   return text_of(out);
 }
@@ -72,19 +68,17 @@ std::string csv_text(const ChainMailError& report) {
        "max_to_equilibrium_voxels"}};
   for (const Scene& scene : report.scenes) {
     for (const Order& order : scene.orders) {
-      rows.push_back({scene.name, order.name, std::to_string(order.threads),
-                      fixed_number(1e3 * order.timing.median_seconds, 4),
-                      fixed_number(1e3 * order.timing.least_seconds, 4),
-                      fixed_number(1e3 * order.timing.most_seconds, 4),
-                      std::to_string(order.timing.runs), std::to_string(order.elements_moved),
-                      std::to_string(order.violated_links),
-                      fixed_number(violated_share(scene, order), 6),
-                      fixed_number(order.worst_violation_voxels, 6),
-                      std::to_string(order.folded_cells),
-                      fixed_number(order.rms_to_exact_voxels, 6),
-                      fixed_number(order.max_to_exact_voxels, 6),
-                      fixed_number(order.rms_to_equilibrium_voxels, 6),
-                      fixed_number(order.max_to_equilibrium_voxels, 6)});
+      rows.push_back(
+          {scene.name, order.name, std::to_string(order.threads),
+           fixed_number(1e3 * order.timing.median_seconds, 4),
+           fixed_number(1e3 * order.timing.least_seconds, 4),
+           fixed_number(1e3 * order.timing.most_seconds, 4), std::to_string(order.timing.runs),
+           std::to_string(order.elements_moved), std::to_string(order.violated_links),
+           fixed_number(violated_share(scene, order), 6),
+           fixed_number(order.worst_violation_voxels, 6), std::to_string(order.folded_cells),
+           fixed_number(order.rms_to_exact_voxels, 6), fixed_number(order.max_to_exact_voxels, 6),
+           fixed_number(order.rms_to_equilibrium_voxels, 6),
+           fixed_number(order.max_to_equilibrium_voxels, 6)});
     }
   }
   return csv(rows);
@@ -102,25 +96,24 @@ std::string table_text(const ChainMailError& report) {
                     text_of(report.machine) + "; median of runs\n";
   for (const Scene& scene : report.scenes) {
     std::vector<std::vector<std::string>> rows = {{"order", "ms", "moved", "violated", "worst",
-                                                   "folded", "RMS exact", "max exact",
-                                                   "RMS equil.", "max equil."}};
+                                                   "folded", "RMS exact", "max exact", "RMS equil.",
+                                                   "max equil."}};
     for (const Order& order : scene.orders) {
-      rows.push_back({name_of(order), fixed_number(1e3 * order.timing.median_seconds, 2),
-                      std::to_string(order.elements_moved), std::to_string(order.violated_links),
-                      fixed_number(order.worst_violation_voxels, 3),
-                      std::to_string(order.folded_cells),
-                      fixed_number(order.rms_to_exact_voxels, 4),
-                      fixed_number(order.max_to_exact_voxels, 3),
-                      fixed_number(order.rms_to_equilibrium_voxels, 3),
-                      fixed_number(order.max_to_equilibrium_voxels, 3)});
+      rows.push_back(
+          {name_of(order), fixed_number(1e3 * order.timing.median_seconds, 2),
+           std::to_string(order.elements_moved), std::to_string(order.violated_links),
+           fixed_number(order.worst_violation_voxels, 3), std::to_string(order.folded_cells),
+           fixed_number(order.rms_to_exact_voxels, 4), fixed_number(order.max_to_exact_voxels, 3),
+           fixed_number(order.rms_to_equilibrium_voxels, 3),
+           fixed_number(order.max_to_equilibrium_voxels, 3)});
     }
     char heading[256];
     std::snprintf(heading, sizeof heading, ", %dx%dx%d, drag (%g, %g, %g) voxels\n", scene.size.x,
                   scene.size.y, scene.size.z, scene.moved_voxels.x, scene.moved_voxels.y,
                   scene.moved_voxels.z);
     const auto& equilibrium = scene.equilibrium;
-    out += "\n" + scene.title + heading + text_table(rows) + "equilibrium: " +
-           (equilibrium.converged ? "converged" : "not converged") + " after " +
+    out += "\n" + scene.title + heading + text_table(rows) +
+           "equilibrium: " + (equilibrium.converged ? "converged" : "not converged") + " after " +
            std::to_string(equilibrium.iterations) + " iterations, " +
            (equilibrium.residual_voxels
                 ? "some " + fixed_number(*equilibrium.residual_voxels, 3) + " voxels to go"
@@ -189,6 +182,11 @@ std::string svg_text(const ChainMailError& report) {
       {"Distance to the relaxed equilibrium", "RMS distance [voxels]",
        [](const Scene&, const Order& o) { return o.rms_to_equilibrium_voxels; }}};
   for (const Measure& measure : measures) page.panels.push_back(panel_of(report, measure));
+  const auto converged =
+      std::count_if(report.scenes.begin(), report.scenes.end(),
+                    [](const Scene& scene) { return scene.equilibrium.converged; });
+  page.panels.back().title += " (converged in " + std::to_string(converged) + " of " +
+                              std::to_string(report.scenes.size()) + " scenes)";
   // One column tells the colours, the next ones the shapes.
   if (!report.scenes.empty()) {
     for (const Order& order : report.scenes.front().orders) {
@@ -201,13 +199,15 @@ std::string svg_text(const ChainMailError& report) {
       for (const auto& [name, longer] : kLong) {
         if (order.name == name) text = longer;
       }
-      page.legend.push_back({text, {color_of(order), plot::Marker::none, plot::Line::solid, false}});
+      page.legend.push_back(
+          {text, {color_of(order), plot::Marker::none, plot::Line::solid, false}});
     }
     const std::size_t rows = std::max(page.legend.size(), report.scenes.size());
     page.legend.resize(rows);
     for (std::size_t s = 0; s < report.scenes.size(); ++s) {
-      page.legend.push_back({report.scenes[s].title,
-                             {"#444444", kMarkers[s % std::size(kMarkers)], plot::Line::none, false}});
+      page.legend.push_back(
+          {report.scenes[s].title,
+           {"#444444", kMarkers[s % std::size(kMarkers)], plot::Line::none, false}});
     }
     page.legend.resize(2 * rows);
   }

@@ -122,33 +122,45 @@ DragScene stiff_ball_scene(int edge, glm::dvec3 by_voxels) {
   return {"stiff_ball",
           "stiff ball in soft medium",
           cube_of(edge, std::move(samples)),
-          {slack_material("soft", 0, kSoft, 1.0), slack_material("stiff", 1, kStiff, kStiffness)},
+          soft_and_stiff(),
           {},
           {VoxelIndex(edge / 2), 0.0, by_voxels}};
 }
 
-DragScene random_scene(int edge, int block, const std::vector<double>& slacks, std::uint64_t seed,
+DragScene random_scene(int edge, int block, std::vector<Material> materials, std::uint64_t seed,
                        glm::dvec3 by_voxels) {
   std::mt19937_64 random(seed);
   const Size3 blocks((edge + block - 1) / block);
   std::vector<std::uint8_t> of_block(static_cast<std::size_t>(voxel_count(blocks)));
-  for (auto& kind : of_block) kind = static_cast<std::uint8_t>(random() % slacks.size());
+  for (auto& kind : of_block) kind = static_cast<std::uint8_t>(random() % materials.size());
   auto samples = samples_of(edge, [&](VoxelIndex voxel) {
     return of_block[static_cast<std::size_t>(linear_index(voxel / block, blocks))];
   });
-  std::vector<Material> materials;
-  for (std::size_t i = 0; i < slacks.size(); ++i) {
-    // Stiffer where it gives less.
-    materials.push_back(slack_material("material " + std::to_string(i), static_cast<int>(i),
-                                       slacks[i], kSoft / slacks[i]));
-  }
+  std::string title = std::to_string(materials.size()) + " materials at random, a " +
+                      (block == 1 ? "voxel" : std::to_string(block) + "³ block") + " each";
   return {block == 1 ? "random_voxels" : "random_blocks",
-          std::to_string(slacks.size()) + " materials at random, a " +
-              (block == 1 ? "voxel" : std::to_string(block) + "³ block") + " each",
+          std::move(title),
           cube_of(edge, std::move(samples)),
           std::move(materials),
           {},
           {VoxelIndex(edge / 2), 0.0, by_voxels}};
+}
+
+std::vector<Material> soft_and_stiff() {
+  return {slack_material("soft", 0, kSoft, 1.0), slack_material("stiff", 1, kStiff, kStiffness)};
+}
+
+std::vector<Material> three_tissues() {
+  std::vector<Material> tissues = {slack_material("soft", 0, 0.3, 0.1),
+                                   slack_material("firm", 1, 0.15, 1.0),
+                                   slack_material("tough", 2, 0.02, 10.0)};
+  const double stretch[] = {1.8, 1.2, 1.05};
+  const double shear[] = {0.15, 0.25, 0.01};
+  for (std::size_t i = 0; i < tissues.size(); ++i) {
+    tissues[i].stretch = glm::dvec3(stretch[i]);
+    tissues[i].shear = glm::dvec3(shear[i]);
+  }
+  return tissues;
 }
 
 DragScene anisotropic_scene(int edge, glm::dvec3 by_voxels) {
@@ -156,8 +168,11 @@ DragScene anisotropic_scene(int edge, glm::dvec3 by_voxels) {
   fibre.compress = {0.98, 0.9, 0.8};
   fibre.stretch = {1.02, 1.2, 1.4};
   fibre.shear = {0.0, 0.1, 0.3};
-  return {"anisotropic", "anisotropic slack, oblique drag",    empty_volume(Size3(edge)),
-          {fibre},       {},
+  return {"anisotropic",
+          "anisotropic slack, oblique drag",
+          empty_volume(Size3(edge)),
+          {fibre},
+          {},
           {VoxelIndex(edge / 2), 0.0, by_voxels}};
 }
 

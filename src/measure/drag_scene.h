@@ -37,8 +37,8 @@ struct Octahedron {
 };
 Octahedron octahedron_of(std::int64_t elements);  // the one nearest to that many
 
-// That drag in a volume, around the multiple of 32 voxels below its middle, so that bricks are cut
-// alike in all volumes. direction: its largest component is 1 or -1.
+// That drag in a volume of at least 64 voxels along each axis, around the multiple of 32 below its
+// middle, so that bricks are cut alike in all volumes. direction: its largest component is 1 or -1.
 DragScene uniform_scene(std::string name, std::string title, Size3 size, Octahedron moved,
                         glm::dvec3 direction);
 // The smallest cube for that.
@@ -48,9 +48,15 @@ Size3 volume_around(Octahedron moved);
 // middle.
 DragScene stiff_ball_scene(int edge, glm::dvec3 by_voxels);
 
-// Materials at random, one a block of block^3 voxels, with the slacks given, grabbed in the middle.
-DragScene random_scene(int edge, int block, const std::vector<double>& slacks, std::uint64_t seed,
+// The materials given, of values 0, 1, 2 …, at random, one a block of block^3 voxels, grabbed in
+// the middle.
+DragScene random_scene(int edge, int block, std::vector<Material> materials, std::uint64_t seed,
                        glm::dvec3 by_voxels);
+// Slack 0.2 and 0.004.
+std::vector<Material> soft_and_stiff();
+// Three that differ not only in how much they give but in which way: one order of work cannot suit
+// all components of a drag.
+std::vector<Material> three_tissues();
 
 // One material of slack 0.2 along z and little to none along x and y and across: muscle, say.
 DragScene anisotropic_scene(int edge, glm::dvec3 by_voxels);

@@ -68,14 +68,16 @@ std::string polygon(glm::dvec2 at, std::initializer_list<glm::dvec2> corners,
 
 std::string marker_at(glm::dvec2 at, const Style& style) {
   const std::string color = style.color;
-  const std::string paint = "fill=\"" + (style.hollow ? "white" : color) + "\" stroke=\"" + color + "\" stroke-width=\"1.6\"";
+  const std::string paint = "fill=\"" + (style.hollow ? "white" : color) + "\" stroke=\"" + color +
+                            "\" stroke-width=\"1.6\"";
   const auto stroke = "stroke=\"" + color + "\" stroke-width=\"2.4\"";
   switch (style.marker) {
     case Marker::none: return "";
     case Marker::circle:
       return "<circle cx=\"" + number(at.x) + "\" cy=\"" + number(at.y) + "\" r=\"4.6\" " + paint +
              "/>\n";
-    case Marker::square: return polygon(at, {{-4.3, -4.3}, {4.3, -4.3}, {4.3, 4.3}, {-4.3, 4.3}}, paint);
+    case Marker::square:
+      return polygon(at, {{-4.3, -4.3}, {4.3, -4.3}, {4.3, 4.3}, {-4.3, 4.3}}, paint);
     case Marker::triangle: return polygon(at, {{0, -5.6}, {5.2, 4}, {-5.2, 4}}, paint);
     case Marker::diamond: return polygon(at, {{0, -6}, {6, 0}, {0, 6}, {-6, 0}}, paint);
     case Marker::cross:
@@ -151,7 +153,8 @@ class Ruler {
       std::snprintf(text, sizeof text, decade < -3 || decade > 5 ? "1e%d" : "%.*f",
                     decade < -3 || decade > 5 ? decade : std::max(0, -decade), value);
       ticks.push_back({value, text});
-      for (int n = 2; n < 10 && decade < static_cast<int>(high_); ++n) ticks.push_back({n * value, ""});
+      for (int n = 2; n < 10 && decade < static_cast<int>(high_); ++n)
+        ticks.push_back({n * value, ""});
     }
     return ticks;
   }
@@ -210,7 +213,8 @@ std::string drawn_axes(const Panel& panel, const Ruler& x, const Ruler& y, glm::
     labels += text_at(foot + glm::dvec2(-7, 4), tick.label, "text-anchor=\"end\"");
   }
   std::string out = faint_lines + lines;
-  for (const auto& [from, to] : {std::pair(origin, origin + right), std::pair(origin, origin + up)}) {
+  for (const auto& [from, to] :
+       {std::pair(origin, origin + right), std::pair(origin, origin + up)}) {
     out += line_between(from, to, frame);
   }
   // What lies below the break is 0, however far down a log scale would have to reach.
@@ -247,8 +251,9 @@ std::string drawn_series(const Series& series, const Ruler& x, const Ruler& y, g
     const auto from = x.at(series.x_ranges[i].x);
     const auto to = x.at(series.x_ranges[i].y);
     if (from && to) {
-      out += line_between(origin + glm::dvec2(*from, -*py), origin + glm::dvec2(*to, -*py),
-                          std::string("stroke=\"") + series.style.color + "\" stroke-width=\"1.4\"");
+      out +=
+          line_between(origin + glm::dvec2(*from, -*py), origin + glm::dvec2(*to, -*py),
+                       std::string("stroke=\"") + series.style.color + "\" stroke-width=\"1.4\"");
     }
   }
   if (series.style.line != Line::none && !path.empty()) {

@@ -38,16 +38,16 @@ std::vector<GroupedScene> scenes_of(const SpeedOptions& options) {
   }
   add("stiff_ball",
       stiff_ball_scene(options.mixed_edge, glm::dvec3(0, -options.ball_drag_voxels, 0)));
-  add("random_blocks", random_scene(options.mixed_edge, 8, {0.2, 0.004}, options.seed,
+  add("random_blocks", random_scene(options.mixed_edge, 8, soft_and_stiff(), options.seed,
                                     glm::dvec3(0, -options.block_drag_voxels, 0)));
   const Octahedron small = octahedron_of(options.small_count);
   for (const Size3 size : {options.small_volume, options.large_volume}) {
     add("volume_size",
         uniform_scene("volume_size", "one axis in " + text_of_size(size), size, small, {0, -1, 0}));
   }
-  add("large_volume", uniform_scene("large_volume", "one axis in " + text_of_size(options.large_volume),
-                                    options.large_volume, octahedron_of(options.large_count),
-                                    {0, -1, 0}));
+  add("large_volume",
+      uniform_scene("large_volume", "one axis in " + text_of_size(options.large_volume),
+                    options.large_volume, octahedron_of(options.large_count), {0, -1, 0}));
   return scenes;
 }
 

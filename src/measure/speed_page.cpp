@@ -56,16 +56,15 @@ std::string json_text(const SpeedReport& report) {
   }
   for (const char* const group : {"one_axis", "general"}) {
     for (const auto& [threads, triad] : report.machine.triad_gb_per_s) {
-      out["growth"].push_back(Json{{"group", group},
-                                   {"threads", threads},
-                                   {"exponent", report.growth(group, threads)}});
+      out["growth"].push_back(Json{
+          {"group", group}, {"threads", threads}, {"exponent", report.growth(group, threads)}});
     }
   }
   for (const Pointer& pointer : report.pointers) {
     Json positions = Json::array();
     for (std::size_t i = 0; i < pointer.positions.size(); ++i) {
-      positions.push_back(Json{{"elements", pointer.elements[i]},
-                               {"milliseconds", json_of(pointer.positions[i])}});
+      positions.push_back(
+          Json{{"elements", pointer.elements[i]}, {"milliseconds", json_of(pointer.positions[i])}});
     }
     out["pointer"].push_back(
         Json{{"threads", pointer.threads},
@@ -80,8 +79,8 @@ std::string csv_text(const SpeedReport& report) {
   std::vector<std::vector<std::string>> rows = {
       {"group", "title", "size", "threads", "elements", "median_ms", "least_ms", "most_ms", "runs",
        "first_position_median_ms", "elements_per_second", "ratio_to_paper",
-       "least_bytes_per_element", "triad_share", "lattice_bytes_in_stroke",
-       "lattice_bytes_at_rest", "lattice_bytes_per_element"}};
+       "least_bytes_per_element", "triad_share", "lattice_bytes_in_stroke", "lattice_bytes_at_rest",
+       "lattice_bytes_per_element"}};
   for (const Row& row : report.rows) {
     rows.push_back({row.group, row.title,
                     std::to_string(row.size.x) + "x" + std::to_string(row.size.y) + "x" +
@@ -103,9 +102,9 @@ std::string csv_text(const SpeedReport& report) {
 std::string table_text(const SpeedReport& report) {
   std::string out = "Speed of a drag: a later position of a stroke, from rest\n" +
                     text_of(report.machine) + "\n\n";
-  std::vector<std::vector<std::string>> rows = {
-      {"scene", "elements", "thr", "ms", "least", "most", "first ms", "M elem/s", "x paper",
-       "of triad", "MB", "B/elem"}};
+  std::vector<std::vector<std::string>> rows = {{"scene", "elements", "thr", "ms", "least", "most",
+                                                 "first ms", "M elem/s", "x paper", "of triad",
+                                                 "MB", "B/elem"}};
   for (const Row& row : report.rows) {
     rows.push_back({row.title, std::to_string(row.elements), std::to_string(row.threads),
                     fixed_number(1e3 * row.next.median_seconds, 3),
@@ -124,7 +123,8 @@ std::string table_text(const SpeedReport& report) {
       "\nms: median of " + std::to_string(runs) +
       " runs. first ms: button-down and the first position. x paper: 2.34 M elements/s.\nof triad: "
       "2 bytes for each component an element moves in, and 1 where materials differ, of what the\n"
-      "triad moves on as many threads. MB, B/elem: of lattice, after button-up, of touched bricks.\n";
+      "triad moves on as many threads. MB, B/elem: of lattice, after button-up, of touched "
+      "bricks.\n";
   for (const char* const group : {"one_axis", "general"}) {
     for (const auto& [threads, triad] : report.machine.triad_gb_per_s) {
       out += std::string(group[0] == 'o' ? "one axis" : "general direction") + ", " +
@@ -189,7 +189,9 @@ plot::Panel time_panel(const SpeedReport& report) {
   // Linear through the drag of about a million elements on the fewest threads.
   const Row* anchor = nullptr;
   for (const Row& row : report.rows) {
-    const auto away = [](const Row& r) { return std::abs(std::log(1e-6 * static_cast<double>(r.elements))); };
+    const auto away = [](const Row& r) {
+      return std::abs(std::log(1e-6 * static_cast<double>(r.elements)));
+    };
     if (row.group == "one_axis" && (!anchor || away(row) < away(*anchor))) anchor = &row;
   }
   if (anchor) {
@@ -214,8 +216,7 @@ plot::Panel time_panel(const SpeedReport& report) {
       if (grows(group)) series.style.line = plot::Line::solid;
       for (const Row& row : report.rows) {
         if (row.group != group || row.threads != threads) continue;
-        series.points.push_back(
-            {static_cast<double>(row.elements), 1e3 * row.next.median_seconds});
+        series.points.push_back({static_cast<double>(row.elements), 1e3 * row.next.median_seconds});
       }
       panel.series.push_back(std::move(series));
     }
@@ -237,9 +238,10 @@ plot::Panel rate_panel(const SpeedReport& report) {
     if (place == names.end()) place = names.insert(names.end(), name);
     plot::Series series;
     series.style = style_of(row.group, row.threads);
-    series.points = {{million(row.elements_per_second()), static_cast<double>(place - names.begin())}};
-    series.x_ranges = {{million(count / row.next.most_seconds),
-                        million(count / row.next.least_seconds)}};
+    series.points = {
+        {million(row.elements_per_second()), static_cast<double>(place - names.begin())}};
+    series.x_ranges = {
+        {million(count / row.next.most_seconds), million(count / row.next.least_seconds)}};
     rates.insert(rates.end(), {series.x_ranges[0].x, series.x_ranges[0].y});
     panel.series.push_back(std::move(series));
   }

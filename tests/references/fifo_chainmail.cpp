@@ -33,8 +33,8 @@ DenseAnswer fifo_chainmail(const DenseProblem& problem) {
     const auto [i, j, axis, side] = list.front();
     list.pop();
     if (done[j]) continue;
-    const glm::ivec3 moved = pulled_within(
-        bounds.between(axis, side, problem.ids[i], problem.ids[j]), side, u[i], u[j]);
+    const glm::ivec3 moved =
+        pulled_within(bounds.between(axis, side, problem.ids[i], problem.ids[j]), side, u[i], u[j]);
     if (moved == u[j]) continue;
     u[j] = moved;
     done[j] = 1;
