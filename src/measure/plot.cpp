@@ -230,9 +230,9 @@ std::string drawn_axes(const Panel& panel, const Ruler& x, const Ruler& y, glm::
   out += text_at(origin + glm::dvec2(kPanelWidth / 2, 38), panel.x.title, "text-anchor=\"middle\"");
   if (!panel.y.title.empty()) {
     const glm::dvec2 at = origin + glm::dvec2(-left_of(panel) + 14, -kPanelHeight / 2);
-    out += text_at(at, panel.y.title,
-                   "text-anchor=\"middle\" transform=\"rotate(-90 " + number(at.x) + " " +
-                       number(at.y) + ")\"");
+    out += text_at({0, 0}, panel.y.title,
+                   "text-anchor=\"middle\" transform=\"translate(" + number(at.x) + " " +
+                       number(at.y) + ") rotate(-90)\"");
   }
   out += text_at(origin + up - glm::dvec2(0, 10), panel.title, "font-weight=\"bold\"");
   return out;
