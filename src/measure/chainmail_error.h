@@ -26,7 +26,7 @@ struct ChainMailErrorOptions {
   int reference_runs = 3;          // they take seconds
   int edge = 96;                   // of the cubes with made-up materials, voxels
   int head_edge = 128;
-  std::int64_t relaxation_iterations = 1000;  // at most, for the equilibrium
+  std::int64_t relaxation_iterations = 1500;  // at most, for the equilibrium
   std::uint64_t seed = 1;
   std::function<void(const std::string&)> progress = [](const std::string&) {};
 };
