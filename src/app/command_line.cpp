@@ -128,6 +128,7 @@ struct Words {
   InfoOptions info;
   PhantomOptions phantom;
   DemoOptions demo;
+  MeasureOptions measure;
   WindowCommandOptions window;
   bool list_devices = false;
 };
@@ -212,6 +213,27 @@ void add_demo(CLI::App& app, DemoOptions& o) {
   add_picture_size(command, o.size);
 }
 
+void add_measure(CLI::App& app, MeasureOptions& o) {
+  auto& command = *app.add_subcommand(
+      "measure", "Measure Maille on this machine: JSON, CSV and a plot, and a table to read");
+  command.require_subcommand(1);
+  command.fallthrough();
+  const auto add_output = [&o](CLI::App& what) {
+    what.add_option("-o,--output", o.output, "Folder for the pages")->required()->type_name("DIR");
+  };
+  auto& speed = *command.add_subcommand(
+      "speed",
+      "How fast a drag is answered, by elements, material, volume and threads (1 and 2, or "
+      "--threads)");
+  add_output(speed);
+  auto& error =
+      *command.add_subcommand("error", "Run time against error, beside other ways to do the same");
+  error.add_option("--stage", o.stage, "Of the deformation: chainmail")
+      ->required()
+      ->type_name("STAGE");
+  add_output(error);
+}
+
 int say(const Error& error) {
   std::fprintf(stderr, "maille: error: %s\n", error.message.c_str());
   return static_cast<int>(error.kind);
@@ -235,6 +257,11 @@ Result<void> run(const CLI::App& app, const Words& words) {
   if (name == "pick") return run_pick(words.pick, words.global);
   if (name == "info") return run_info(words.info, words.global);
   if (name == "phantom") return run_phantom(words.phantom, words.global);
+  if (name == "measure") {
+    const bool speed = commands[0]->get_subcommands()[0]->get_name() == "speed";
+    return speed ? run_measure_speed(words.measure, words.global)
+                 : run_measure_error(words.measure, words.global);
+  }
   return run_demo(words.demo, words.global);
 }
 
@@ -257,7 +284,11 @@ int run_command_line(int argc, const char* const* argv) try {
   add_info(app, words.info);
   add_phantom(app, words.phantom);
   add_demo(app, words.demo);
-  for (auto* const command : app.get_subcommands({})) list_global_options(app, *command);
+  add_measure(app, words.measure);
+  for (auto* const command : app.get_subcommands({})) {
+    list_global_options(app, *command);
+    for (auto* const part : command->get_subcommands({})) list_global_options(app, *part);
+  }
   app.footer(
       "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 bad input, 4 no usable "
       "device or device lost, 5 out of memory or over budget, 6 file system error.");
@@ -267,7 +298,10 @@ int run_command_line(int argc, const char* const* argv) try {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
     const auto chosen = app.get_subcommands();
-    const auto command = "maille" + (chosen.empty() ? "" : " " + chosen[0]->get_name());
+    std::string command = "maille";
+    for (auto at = chosen; !at.empty(); at = at[0]->get_subcommands()) {
+      command += " " + at[0]->get_name();
+    }
     return say({ErrorKind::usage, std::string(error.what()) + " (" + command + " --help)"});
   }
   if (const auto done = run(app, words); !done) return say(done.error());

@@ -66,6 +66,11 @@ struct DemoOptions {
   PictureSize size{512, 512};
 };
 
+struct MeasureOptions {
+  std::string stage;  // of measure error
+  std::filesystem::path output;
+};
+
 struct WindowCommandOptions {
   std::filesystem::path input;  // a volume or a scene; empty: the built-in head
 };
@@ -77,6 +82,9 @@ Result<void> run_pick(const PickOptions& options, const GlobalOptions& global);
 Result<void> run_info(const InfoOptions& options, const GlobalOptions& global);
 Result<void> run_phantom(const PhantomOptions& options, const GlobalOptions& global);
 Result<void> run_demo(const DemoOptions& options, const GlobalOptions& global);
+Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOptions& global);
+// Errors: usage (a stage that has no page, the message lists those that have).
+Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global);
 Result<void> run_window_command(const WindowCommandOptions& options, const GlobalOptions& global);
 Result<void> list_devices();
 

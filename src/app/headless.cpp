@@ -10,6 +10,7 @@
 #include "app/png.h"
 #include "core/atomic_file.h"
 #include "core/trace.h"
+#include "measure/triad.h"
 
 namespace maille {
 namespace {

@@ -144,10 +144,6 @@ std::int64_t peak_rss_bytes();  // of this process, up to now
 // JSON text, indented.
 std::string to_json(const RunStatistics& statistics);
 
-// a[i] = b[i] + s * c[i] over arrays well beyond the caches, the best of a few rounds on one
-// thread a core; takes about a tenth of a second.
-double measure_triad_gb_per_s(int threads);
-
 // Seconds since the program was loaded, before main() ran.
 double seconds_since_program_start();
 

@@ -26,9 +26,9 @@ TEST(CommandLine, EveryCommandHasHelp) {
   const auto all = run_maille({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   for (const auto* const word :
-       {"render", "deform", "pick", "info", "phantom", "demo", "--version", "--list-devices",
-        "--device", "--threads", "--seed", "--deterministic", "--quiet", "--verbose",
-        "--volume-store", "--lattice-memory", "--undo-memory"}) {
+       {"render", "deform", "pick", "info", "phantom", "demo", "measure", "--version",
+        "--list-devices", "--device", "--threads", "--seed", "--deterministic", "--quiet",
+        "--verbose", "--volume-store", "--lattice-memory", "--undo-memory"}) {
     EXPECT_NE(all.out.find(word), std::string::npos) << word;
   }
   for (const auto* const command : {"render", "deform", "pick", "info", "phantom", "demo"}) {
@@ -40,6 +40,38 @@ TEST(CommandLine, EveryCommandHasHelp) {
       EXPECT_NE(run.out.find(option), std::string::npos) << command << " " << option;
     }
     EXPECT_EQ(run.err, "");
+  }
+}
+
+TEST(CommandLine, MeasureHasHelpForEachPage) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"measure"}, {"measure", "speed"}, {"measure", "error"}}) {
+    auto with_help = words;
+    with_help.push_back("--help");
+    const auto run = run_maille(with_help);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.out.find("Usage: maille measure"), std::string::npos) << run.out;
+    EXPECT_NE(run.out.find("--threads"), std::string::npos) << run.out;
+  }
+}
+
+TEST(CommandLine, MeasureRefusesBeforeItWorks) {
+  const Folder folder;
+  const auto out = folder("pages");
+  expect_refused({"measure"}, 2);
+  expect_refused({"measure", "table1", "-o", out}, 2);
+  expect_refused({"measure", "speed"}, 2);
+  expect_refused({"measure", "error", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "render", "-o", out}, 2);
+  EXPECT_NE(run_maille({"measure", "error", "--stage", "render", "-o", out}).err.find("chainmail"),
+            std::string::npos);
+  expect_refused({"measure", "speed", "-o", out, "more"}, 2);
+  EXPECT_FALSE(std::filesystem::exists(out));
+  write_file(folder / "file", "x");
+  for (const auto* const place : {"file", "file/below"}) {
+    expect_refused({"measure", "speed", "-o", folder(place)}, 6);
+    expect_refused({"measure", "error", "--stage", "chainmail", "-o", folder(place)}, 6);
   }
 }
 

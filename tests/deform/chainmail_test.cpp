@@ -1,12 +1,13 @@
 #include "deform/chainmail.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <queue>
 
 #include <gtest/gtest.h>
-#include "deform/violations.h"
 
+#include "deform/violations.h"
+#include "references/exact_dijkstra.h"
 #include "tests/deform/scenes.h"
 
 namespace maille {
@@ -99,98 +100,6 @@ TEST(ChainMail, RigidBlockMovesWhole) {
   EXPECT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
 }
 
-// Dijkstra's algorithm on one component of the whole lattice in plain arrays: shares no code with
-// the solver but the definition.
-class Reference {
- public:
-  Reference(const Volume& volume, std::vector<Material> materials)
-      : volume_(volume), materials_(std::move(materials)) {}
-
-  const Material& of(VoxelIndex v) const {
-    return materials_[static_cast<std::size_t>(volume_.value_at(v))];
-  }
-
-  // Displacements after the drag, and by how much of it.
-  struct Answer {
-    std::vector<glm::ivec3> u;
-    glm::ivec3 moved_by{0};
-  };
-  Answer drag(const std::vector<glm::ivec3>& start, const std::vector<VoxelIndex>& handle,
-              const std::vector<VoxelIndex>& pinned, std::uint8_t faces, glm::ivec3 by) const {
-    const Size3 size = volume_.size();
-    const auto index = [&](VoxelIndex v) {
-      return static_cast<std::size_t>(linear_index(v, size));
-    };
-    Answer answer{start, by};
-    for (int c = 0; c < 3; ++c) {
-      const std::int64_t sign = by[c] < 0 ? -1 : 1;
-      const std::int64_t drag = std::abs(by[c]);
-      std::vector<std::int64_t> label(start.size(), 0);
-      using Item = std::pair<std::int64_t, std::size_t>;
-      std::priority_queue<Item> queue;
-      for (const VoxelIndex h : handle) {
-        label[index(h)] = drag;
-        queue.push({drag, index(h)});
-      }
-      while (!queue.empty()) {
-        const auto [value, at] = queue.top();
-        queue.pop();
-        if (value < label[at]) continue;
-        const VoxelIndex i{static_cast<int>(at) % size.x, static_cast<int>(at) / size.x % size.y,
-                           static_cast<int>(at) / size.x / size.y};
-        for (int axis = 0; axis < 3; ++axis) {
-          for (const int side : {-1, 1}) {
-            VoxelIndex j = i;
-            j[axis] += side;
-            if (!contains(size, j)) continue;
-            const VoxelIndex low = side > 0 ? i : j;
-            const VoxelIndex high = side > 0 ? j : i;
-            const std::int64_t stretch = start[index(high)][c] - start[index(low)][c];
-            const auto mean = [&](const glm::dvec3 Material::*limit, double at_rest) {
-              const auto units = [&](VoxelIndex v) {
-                const double room = std::abs((of(v).*limit)[c] - at_rest);
-                return static_cast<std::int64_t>(std::floor(room * 512 + 1e-9));
-              };
-              return (units(low) + units(high)) / 2;
-            };
-            const std::int64_t shear = mean(&Material::shear, 0.0);
-            const auto bound_low = axis == c ? -mean(&Material::compress, 1.0) : -shear;
-            const auto bound_high = axis == c ? mean(&Material::stretch, 1.0) : shear;
-            // i moves towards j, and may until the link is as short as it gets; or away from it,
-            // until it is as long.
-            const bool towards = (side > 0) == (sign > 0);
-            const std::int64_t slack =
-                std::max<std::int64_t>(0, towards ? stretch - bound_low : bound_high - stretch);
-            const std::int64_t pushed = value - slack;
-            if (pushed > label[index(j)]) {
-              label[index(j)] = pushed;
-              queue.push({pushed, index(j)});
-            }
-          }
-        }
-      }
-      std::int64_t held_back = 0;
-      for (std::size_t at = 0; at < label.size(); ++at) {
-        const VoxelIndex i{static_cast<int>(at) % size.x, static_cast<int>(at) / size.x % size.y,
-                           static_cast<int>(at) / size.x / size.y};
-        const bool fixed = of(i).fixed || (faces_of(i, size) & faces);
-        if (fixed) held_back = std::max(held_back, label[at]);
-      }
-      for (const VoxelIndex p : pinned) held_back = std::max(held_back, label[index(p)]);
-      for (std::size_t at = 0; at < label.size(); ++at) {
-        answer.u[at][c] +=
-            static_cast<int>(sign * std::max<std::int64_t>(0, label[at] - held_back));
-      }
-      answer.moved_by[c] = static_cast<int>(sign * (drag - held_back));
-    }
-    return answer;
-  }
-
- private:
-  const Volume& volume_;
-  std::vector<Material> materials_;
-};
-
 class ChainMailProperty : public ::testing::TestWithParam<int> {};
 
 // Random materials, anchors and sequences of drags from where the last one ended: the solver and
@@ -220,24 +129,39 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
     materials.push_back(m);
   }
   const MaterialField field(volume, table(materials));
-  const Reference reference(volume, materials);
   const auto faces = static_cast<std::uint8_t>(below(3) == 0 ? 1 << below(6) : 0);
   Lattice lattice(size);
-  std::vector<glm::ivec3> u(static_cast<std::size_t>(voxel_count(size)), glm::ivec3(0));
+  DenseProblem problem;
+  problem.size = size;
+  problem.materials = materials;
+  const auto samples = volume.voxels<std::uint8_t>();
+  problem.ids.assign(samples.begin(), samples.end());
+  problem.start.assign(samples.size(), glm::ivec3(0));
   for (int drag = 0; drag < 4; ++drag) {
-    std::vector<VoxelIndex> handle, pinned;
+    problem.handle.clear();
+    problem.held.clear();
+    std::vector<VoxelIndex> pinned;
     for (int n = 1 + below(5); n > 0; --n) {
-      handle.emplace_back(below(size.x), below(size.y), below(size.z));
+      problem.handle.emplace_back(below(size.x), below(size.y), below(size.z));
     }
     for (int n = below(3); n > 0; --n) {
       const VoxelIndex v{below(size.x), below(size.y), below(size.z)};
-      if (std::find(handle.begin(), handle.end(), v) != handle.end()) continue;
+      if (std::find(problem.handle.begin(), problem.handle.end(), v) != problem.handle.end()) {
+        continue;
+      }
+      problem.held.push_back(v);
       pinned.push_back(v);
     }
     const glm::ivec3 by{below(20000) - 10000, below(3) == 0 ? 0 : below(8000) - 4000,
                         below(400) - 200};
-    const auto expected = reference.drag(u, handle, pinned, faces, by);
-    const ChainMailAnswer answer = Drag{field, lattice, handle, pinned, {faces, false}}.by(by);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const VoxelIndex v = voxel_of(i, size);
+      if (faces_of(v, size) & faces) problem.held.push_back(v);
+    }
+    problem.by = by;
+    const DenseAnswer expected = exact_dijkstra(problem);
+    const ChainMailAnswer answer =
+        Drag{field, lattice, problem.handle, pinned, {faces, false}}.by(by);
     ASSERT_EQ(answer.moved_by, expected.moved_by) << "drag " << drag;
     EXPECT_EQ(answer.clamped, expected.moved_by != by);
     std::size_t i = 0;
@@ -251,7 +175,7 @@ TEST_P(ChainMailProperty, EqualsDijkstra) {
     }
     ASSERT_EQ(violations_of(answer.lattice, field, Cuts(field.size())).links, 0);
     lattice = answer.lattice;
-    u = expected.u;
+    problem.start = expected.u;
   }
 }
 

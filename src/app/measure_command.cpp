@@ -1,0 +1,59 @@
+#include <cstdio>
+
+#include "app/commands.h"
+#include "app/progress.h"
+#include "measure/chainmail_error_page.h"
+#include "measure/page.h"
+#include "measure/speed_page.h"
+
+namespace maille {
+namespace {
+
+std::vector<int> thread_counts(const GlobalOptions& global) {
+  if (global.threads > 0) return {global.threads};
+  return {1, 2};
+}
+
+// What is left to do once the numbers are there.
+Result<void> hand_over(const MeasurePage& page, const MeasureOptions& options,
+                       const std::string& name, const GlobalOptions& global) {
+  if (auto written = write_page(page, options.output, name); !written) return written;
+  if (global.quiet) return {};
+  const auto path = (options.output / name).string();
+  std::printf("%s\n%s.json, .csv and .svg\n", page.table.c_str(), path.c_str());
+  return {};
+}
+
+}  // namespace
+
+Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOptions& global) {
+  if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
+  Progress progress(!global.quiet);
+  SpeedOptions speed;
+  speed.threads = thread_counts(global);
+  speed.seed = global.seed;
+  speed.progress = [&](const std::string& line) { progress.show(line); };
+  const auto report = measure_speed(speed);
+  progress.clear();
+  if (!report) return report.error();
+  return hand_over(page_of(*report), options, "speed", global);
+}
+
+Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global) {
+  if (options.stage != "chainmail") {
+    return Error{ErrorKind::usage,
+                 "--stage: expected a stage that has a page, chainmail, got " + options.stage};
+  }
+  if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
+  Progress progress(!global.quiet);
+  ChainMailErrorOptions error;
+  error.threads = thread_counts(global);
+  error.seed = global.seed;
+  error.progress = [&](const std::string& line) { progress.show(line); };
+  const auto report = measure_chainmail_error(error);
+  progress.clear();
+  if (!report) return report.error();
+  return hand_over(page_of(*report), options, "error_chainmail", global);
+}
+
+}  // namespace maille
