@@ -11,18 +11,18 @@ namespace maille {
 
 PagedArray::PagedArray(std::shared_ptr<PlaneStore> store, AlignedArray<std::byte> array,
                        int value_bytes)
-    : store_(std::move(store)), value_bytes_(value_bytes), values_(array.release()) {
-  try {
-    store_->take_in(*this);
-  } catch (...) {
-    AlignedDelete{static_cast<std::size_t>(bytes())}(values_.load());
-    throw;
-  }
+    : store_(std::move(store)), value_bytes_(value_bytes), values_(array.get()) {
+  store_->take_in(*this);
+  array.release();
 }
 
 PagedArray::~PagedArray() {
   store_->forget(*this);
-  AlignedDelete{static_cast<std::size_t>(bytes())}(values_.load());
+  if (std::byte* const values = values_.load()) free_values(values);
+}
+
+void PagedArray::free_values(std::byte* values) const {
+  AlignedDelete{static_cast<std::size_t>(bytes())}(values);
 }
 
 std::int64_t PagedArray::bytes() const { return std::int64_t{kBrickVoxels} * value_bytes_; }
@@ -121,7 +121,7 @@ bool PlaneStore::put_aside(const PagedArray& array) {
     array.values_ = values;
     return false;
   }
-  AlignedDelete{static_cast<std::size_t>(array.bytes())}(values);
+  array.free_values(values);
   leave_memory(array);
   return true;
 }

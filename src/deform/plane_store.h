@@ -59,6 +59,7 @@ class PagedArray {
  private:
   friend class PlaneStore;
   const std::byte* pin() const;
+  void free_values(std::byte* values) const;
 
   std::shared_ptr<PlaneStore> store_;
   int value_bytes_;
