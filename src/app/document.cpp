@@ -187,6 +187,7 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
     }
     ++s.drags;
     s.elements_moved += report->elements_moved;
+    s.working_bytes = std::max(s.working_bytes, report->working_bytes);
     s.seconds += report->seconds;
     s.drag_clamped = s.drag_clamped || report->clamped;
     if (auto shown = step(*report); !shown) return shown;

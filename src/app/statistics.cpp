@@ -36,6 +36,7 @@ double per_element(const RunStatistics::Memory& s) {
 Json section(const RunStatistics::ChainMail& s) {
   return {{"drags", s.drags},
           {"elements_moved", s.elements_moved},
+          {"working_bytes", s.working_bytes},
           {"seconds", s.seconds},
           {"elements_per_second", rate(s.elements_moved, s.seconds)},
           {"violated_links", s.violated_links},

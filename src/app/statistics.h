@@ -40,6 +40,7 @@ struct RunStatistics {
   struct ChainMail {
     std::int64_t drags = 0;  // positions that a handle was dragged to
     std::int64_t elements_moved = 0;
+    std::int64_t working_bytes = 0;  // beside the lattice, at most at once in a drag
     double seconds = 0.0;
     std::int64_t violated_links = 0;  // the most after a drag
     double worst_violation_voxels = 0.0;

@@ -167,6 +167,7 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
     report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
     report.clamped = answer.clamped;
     report.elements_moved = answer.elements_moved;
+    report.working_bytes = answer.working_bytes;
   } catch (const Failure& failure) {
     return failure.error();
   }

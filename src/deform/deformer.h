@@ -27,7 +27,8 @@ struct DragReport {
   glm::dvec3 moved_by_voxels{0};  // less than asked where an anchor held
   bool clamped = false;
   std::int64_t elements_moved = 0;
-  double seconds = 0.0;  // of solving
+  std::int64_t working_bytes = 0;  // of the solver beside the lattice, at most at once
+  double seconds = 0.0;            // of solving
 };
 
 struct DeformerOptions {

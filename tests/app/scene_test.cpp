@@ -362,6 +362,17 @@ TEST(Scene, AVolumeGetsADefaultSceneAndAMissingSceneIsNoFile) {
   EXPECT_EQ(missing.error().kind, ErrorKind::file_system);
 }
 
+TEST(Scene, TheExamplesParse) {
+  int count = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(MAILLE_SOURCE_DIR "/assets/scenes")) {
+    const auto scene = open_scene(entry.path());
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    ++count;
+  }
+  EXPECT_GE(count, 3);
+}
+
 // The schema's objects have the keys that the reader says it knows.
 TEST(Scene, SchemaAndReaderKnowTheSameKeys) {
   std::ifstream file(MAILLE_SOURCE_DIR "/assets/scene.schema.json");

@@ -30,8 +30,8 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
   expect_keys(json["machine"], {"threads", "triad_gb_per_s"});
   expect_keys(json["device"], {"name", "driver", "sparse"});
   expect_keys(json["volume"], {"size", "type", "bytes", "load_seconds"});
-  expect_keys(json["chainmail"], {"drags", "elements_moved", "seconds", "violated_links",
-                                  "worst_violation_voxels", "drag_clamped"});
+  expect_keys(json["chainmail"], {"drags", "elements_moved", "working_bytes", "seconds",
+                                  "violated_links", "worst_violation_voxels", "drag_clamped"});
   expect_keys(json["relaxation"],
               {"iterations", "element_updates", "seconds", "converged", "residual_voxels",
                "residual_known", "energy_first", "energy_last", "energy_ever_rose"});
