@@ -80,7 +80,7 @@ class DragSolver {
   template <class L>
   void solve_with(int component, std::int32_t by) {
     const DirectedLimits<L> limits(problem_.bricks.table(), component, by < 0);
-    ComponentClosure<L> closure(problem_.start, problem_.bricks, limits);
+    ComponentClosure<L> closure(problem_.start, problem_.bricks, limits, problem_.brick_order);
     const auto drag = static_cast<L>(std::abs(by));
     closure.solve(problem_.handle, drag, pool_);
     const L overshoot = closure.overshoot();

@@ -55,8 +55,13 @@ int lanes_of(int axis, Size3 extent) { return axis == 0 ? extent.y : extent.x; }
 
 template <class L>
 ComponentClosure<L>::ComponentClosure(const Lattice& start, StrokeBricks& bricks,
-                                      const DirectedLimits<L>& limits)
-    : start_(start), bricks_(bricks), grid_(bricks.grid()), limits_(limits) {}
+                                      const DirectedLimits<L>& limits, std::uint32_t brick_order)
+    : start_(start),
+      bricks_(bricks),
+      grid_(bricks.grid()),
+      limits_(limits),
+      order_(brick_order),
+      any_order_(brick_order != 0) {}
 
 template <class L>
 void ComponentClosure<L>::solve(const ElementSet& handle, L drag, WorkerPool& pool) {
@@ -130,10 +135,10 @@ void ComponentClosure<L>::work(double seconds) {
 }
 
 template <class L>
-void ComponentClosure<L>::wait_for(Node& node, L priority) {
-  if (priority <= node.pending) return;
-  node.pending = priority;
-  waiting_.push({priority, node.linear});
+void ComponentClosure<L>::wait_for(Node& node, L label) {
+  if (label <= node.pending) return;
+  node.pending = label;
+  waiting_.push({any_order_ ? order_() : label, label, node.linear});
 }
 
 template <class L>
@@ -149,19 +154,19 @@ typename ComponentClosure<L>::Task ComponentClosure<L>::take_highest() {
   Task task;
   held_back_.clear();
   while (!task.node && !waiting_.empty()) {
-    const auto entry = waiting_.top();
+    const Wish wish = waiting_.top();
     waiting_.pop();
-    Node& node = nodes_.find(entry.second)->second;
-    if (entry.first != node.pending) continue;  // an older wish
-    if (entry.first <= overshoot()) {
+    Node& node = nodes_.find(wish.linear)->second;
+    if (wish.label != node.pending) continue;  // an older wish
+    if (wish.label <= overshoot()) {
       node.pending = 0;
-    } else if (beside_a_running_one(grid_.brick(entry.second))) {
-      held_back_.push_back(entry);
+    } else if (beside_a_running_one(grid_.brick(wish.linear))) {
+      held_back_.push_back(wish);
     } else {
       task.node = &node;
     }
   }
-  for (const auto& entry : held_back_) waiting_.push(entry);
+  for (const Wish& wish : held_back_) waiting_.push(wish);
   if (!task.node) return task;
   task.node->pending = 0;
   const BrickIndex here = grid_.brick(task.node->linear);

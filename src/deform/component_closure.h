@@ -13,6 +13,8 @@
 #include <memory>
 #include <mutex>
 #include <queue>
+#include <random>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -36,7 +38,9 @@ class ComponentClosure {
     L pending = 0;  // highest label that waits for a visit; 0: none
   };
 
-  ComponentClosure(const Lattice& start, StrokeBricks& bricks, const DirectedLimits<L>& limits);
+  // brick_order: 0, or the seed of a random order (see ChainMailProblem).
+  ComponentClosure(const Lattice& start, StrokeBricks& bricks, const DirectedLimits<L>& limits,
+                   std::uint32_t brick_order);
 
   // Raises the labels of the handle's elements to the drag and closes everything.
   void solve(const ElementSet& handle, L drag, WorkerPool& pool);
@@ -48,6 +52,14 @@ class ComponentClosure {
 
  private:
   using Neighbours = std::array<const Node*, 6>;  // [2 * axis + (side > 0)]; null: none yet
+  struct Wish {
+    std::uint64_t rank = 0;  // the highest is taken first
+    L label = 0;
+    std::int64_t linear = 0;
+    bool operator<(const Wish& other) const {
+      return std::tie(rank, linear) < std::tie(other.rank, other.linear);
+    }
+  };
   struct Task {
     Node* node = nullptr;
     Neighbours neighbours{};
@@ -56,7 +68,7 @@ class ComponentClosure {
 
   void work(double seconds);
   Task take_highest();  // under the mutex
-  void wait_for(Node& node, L priority);
+  void wait_for(Node& node, L label);
   bool beside_a_running_one(BrickIndex brick) const;
   Wishes visit(const Task& task, BrickSlack<L>& slack);
   void take_in(const Task& task, int axis, int side, const BrickSlack<L>& slack,
@@ -73,9 +85,11 @@ class ComponentClosure {
   std::mutex mutex_;  // of all that follows
   std::condition_variable changed_;
   std::unordered_map<std::int64_t, Node> nodes_;
-  std::priority_queue<std::pair<L, std::int64_t>> waiting_;
+  std::priority_queue<Wish> waiting_;
   std::vector<BrickIndex> running_;
-  std::vector<std::pair<L, std::int64_t>> held_back_;
+  std::vector<Wish> held_back_;
+  std::mt19937 order_;
+  bool any_order_;
   std::int64_t bricks_closed_ = 0;
   bool failed_ = false;
 };

@@ -78,6 +78,7 @@ struct Drag {
   AnchorRules anchors = {};
   Cuts cuts = {};
   int threads = 1;
+  std::uint32_t brick_order = 0;
 
   ChainMailAnswer by(glm::ivec3 units) const {
     const BrickGrid& grid = start.grid();
@@ -85,7 +86,7 @@ struct Drag {
     const ElementSet fixed = elements(pinned, grid);
     const ElementSet moved = elements(handle, grid);
     StrokeBricks bricks(field, cuts.grid().count() > 0 ? cuts : whole, fixed, anchors);
-    return solve_chainmail({start, bricks, moved}, units, workers(threads));
+    return solve_chainmail({start, bricks, moved, brick_order}, units, workers(threads));
   }
 };
 

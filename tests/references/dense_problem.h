@@ -20,7 +20,9 @@ struct DenseProblem {
   std::vector<glm::ivec3> start;    // displacement of each element, 1/512 voxel
   std::vector<VoxelIndex> handle;   // elements that move as one
   std::vector<VoxelIndex> held;     // elements that never move, besides those of fixed materials
-  glm::ivec3 by{0};                 // of the handle, 1/512 voxel
+  // Bit a of an element: its link to the next one along axis a is gone. Empty: none is.
+  std::vector<std::uint8_t> removed;
+  glm::ivec3 by{0};  // of the handle, 1/512 voxel
 };
 
 struct DenseAnswer {
@@ -49,6 +51,13 @@ void for_each_neighbour(std::size_t element, Size3 size, F&& f) {
     if (voxel[axis] + 1 < size[axis]) f(element + step, axis, 1);
     step *= static_cast<std::size_t>(size[axis]);
   }
+}
+
+// Whether the link between an element and its neighbour on a side of it along an axis is gone.
+inline bool link_removed(const DenseProblem& problem, std::size_t element, std::size_t neighbour,
+                         int axis, int side) {
+  if (problem.removed.empty()) return false;
+  return (problem.removed[side > 0 ? element : neighbour] >> axis) & 1;
 }
 
 // One flag an element: of a fixed material, or held.

@@ -30,6 +30,7 @@ DenseAnswer exact_dijkstra(const DenseProblem& problem) {
       queue.pop();
       if (value < label[i]) continue;
       for_each_neighbour(i, problem.size, [&](std::size_t j, int axis, int side) {
+        if (link_removed(problem, i, j, axis, side)) return;
         const LinkBound& bound = bounds.between(axis, side, problem.ids[i], problem.ids[j]);
         const std::int64_t link =
             side * (std::int64_t{start[j][c]} - start[i][c]);  // how far the higher one is ahead

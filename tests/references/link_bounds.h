@@ -1,6 +1,7 @@
 // The limits of every kind of link, in 1/512 voxel: for element j one step along an axis from
 // element i, u_j - u_i lies in [lower, upper] of the two elements' materials, component by
-// component (the mean of both, as in Schill 1998), rounded towards the inside.
+// component (the mean of both, as in Schill 1998), each rounded towards the inside and their mean
+// too.
 #pragma once
 
 #include <vector>
