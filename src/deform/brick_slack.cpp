@@ -148,12 +148,15 @@ void BrickSlack<L>::begin(const StrokeBricks& bricks, const StrokeBrick& brick,
   ready_.fill(false);
 }
 
+// A limit of each of `count` elements from a voxel on along x.
 template <class L>
-const MaterialId* BrickSlack<L>::ids(VoxelIndex voxel,
-                                     std::array<MaterialId, kBrickEdge>& same) const {
-  if (!brick_->uniform) return brick_->row(voxel);
-  same.fill(*brick_->uniform);
-  return same.data();
+void BrickSlack<L>::limits_from(VoxelIndex voxel, int count,
+                                const std::array<L, kMaxMaterials>& limit, L* out) const {
+  if (brick_->uniform) {
+    std::fill_n(out, kBrickEdge, limit[*brick_->uniform]);
+  } else {
+    look_up(limit, brick_->row(voxel), count, out);
+  }
 }
 
 template <class L>
@@ -163,7 +166,6 @@ void BrickSlack<L>::fill(int y, int z) {
   const Size3 extent = brick_->box.size();
   const VoxelIndex first = brick_->box.lo + VoxelIndex(0, y, z);
   const int c = limits_->component;
-  std::array<MaterialId, kBrickEdge> same;
   alignas(64) std::int32_t u[kBrickEdge];
   const bool moved = !constant(here_);
   if (moved) read_row(here_, static_cast<int>(row), limits_->sign, u);
@@ -193,8 +195,8 @@ void BrickSlack<L>::fill(int y, int z) {
     const auto slack = [&](const std::array<L, kMaxMaterials>& limit, std::int32_t sense, L* out) {
       alignas(64) L own[kBrickEdge];
       alignas(64) L next[kBrickEdge];
-      look_up(limit, ids(first, same), count, own);
-      look_up(limit, ids(first + step, same), count, next);
+      limits_from(first, count, limit, own);
+      limits_from(first + step, count, limit, next);
       if (moved) {
         slack_of(own, next, stretch, sense, out);
       } else {
@@ -259,24 +261,19 @@ void BrickSlack<L>::cross(int axis, int side, int line, Crossing& crossing) cons
       stretch[i] = side < 0 ? own_u[i] - beside_u[i] : beside_u[i] - own_u[i];
     }
   }
-  std::array<MaterialId, kBrickEdge> own_ids;
-  std::array<MaterialId, kBrickEdge> beside_ids;
-  if (brick_->uniform) {
-    own_ids.fill(*brick_->uniform);
-    beside_ids.fill(*brick_->uniform);
-  } else {
-    VoxelIndex p = own;
-    VoxelIndex q = beside;
-    for (int i = 0; i < count; ++i, ++p[run], ++q[run]) {
-      own_ids[static_cast<std::size_t>(i)] = *brick_->row(p);
-      beside_ids[static_cast<std::size_t>(i)] = *brick_->row(q);
+  const auto limits_of = [&](VoxelIndex voxel, const std::array<L, kMaxMaterials>& limit, L* out) {
+    if (brick_->uniform || run == 0) {
+      limits_from(voxel, count, limit, out);
+      return;
     }
-  }
+    std::fill_n(out, kBrickEdge, L{0});
+    for (int i = 0; i < count; ++i, ++voxel[run]) out[i] = limit[*brick_->row(voxel)];
+  };
   const auto slack = [&](const std::array<L, kMaxMaterials>& limit, std::int32_t sense, L* out) {
     alignas(64) L own_limit[kBrickEdge];
     alignas(64) L beside_limit[kBrickEdge];
-    look_up(limit, own_ids.data(), count, own_limit);
-    look_up(limit, beside_ids.data(), count, beside_limit);
+    limits_of(own, limit, own_limit);
+    limits_of(beside, limit, beside_limit);
     slack_of(own_limit, beside_limit, stretch, sense, out);
   };
   const bool along = axis == limits_->component;

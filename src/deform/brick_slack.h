@@ -72,7 +72,8 @@ class BrickSlack {
 
  private:
   void fill(int y, int z);
-  const MaterialId* ids(VoxelIndex voxel, std::array<MaterialId, kBrickEdge>& same) const;
+  void limits_from(VoxelIndex voxel, int count, const std::array<L, kMaxMaterials>& limit,
+                   L* out) const;
 
   const StrokeBrick* brick_ = nullptr;
   const DirectedLimits<L>* limits_ = nullptr;

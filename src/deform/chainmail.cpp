@@ -80,16 +80,15 @@ class DragSolver {
   template <class L>
   void solve_with(int component, std::int32_t by) {
     const DirectedLimits<L> limits(problem_.bricks.table(), component, by < 0);
-    ComponentClosure<L> closure(problem_.start, problem_.bricks, limits, problem_.brick_order);
+    ComponentClosure<L> closure(problem_.start, problem_.bricks, limits, problem_.brick_order,
+                                problem_.most_label_bytes);
     const auto drag = static_cast<L>(std::abs(by));
     closure.solve(problem_.handle, drag, pool_);
     const L overshoot = closure.overshoot();
     answer_.moved_by[component] = limits.sign * static_cast<std::int32_t>(drag - overshoot);
     answer_.clamped = answer_.clamped || overshoot > 0;
     answer_.bricks_swept += closure.bricks_closed();
-    answer_.working_bytes =
-        std::max(answer_.working_bytes,
-                 static_cast<std::int64_t>(closure.nodes().size() * sizeof(L) * kBrickVoxels));
+    answer_.working_bytes = std::max(answer_.working_bytes, closure.label_bytes());
 
     using Node = typename ComponentClosure<L>::Node;
     std::vector<std::pair<Node*, TouchedBrick*>> work;

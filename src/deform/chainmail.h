@@ -16,6 +16,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "core/parallel.h"
 #include "deform/anchors.h"
@@ -32,6 +33,8 @@ struct ChainMailProblem {
   // 0: bricks with the highest labels first. Else any order, of this seed: it changes the time and
   // no bit, which is a test.
   std::uint32_t brick_order = 0;
+  // What the labels of one component may take at once.
+  std::int64_t most_label_bytes = std::numeric_limits<std::int64_t>::max();
 };
 
 struct ChainMailAnswer {
@@ -43,7 +46,8 @@ struct ChainMailAnswer {
   std::int64_t working_bytes = 0;   // labels and the like, at most at once
 };
 
-// by: fixed point, each component within +-2^29. Throws std::bad_alloc.
+// by: fixed point, each component within +-2^29. Throws std::bad_alloc and Failure (out_of_memory:
+// more labels than allowed; file_system: the start could not be read back from its scratch file).
 ChainMailAnswer solve_chainmail(const ChainMailProblem& problem, glm::ivec3 by, WorkerPool& pool);
 
 }  // namespace maille

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
+#include "core/failure.h"
 #include "core/stopwatch.h"
 #include "deform/label_lines.h"
 
@@ -55,11 +57,13 @@ int lanes_of(int axis, Size3 extent) { return axis == 0 ? extent.y : extent.x; }
 
 template <class L>
 ComponentClosure<L>::ComponentClosure(const Lattice& start, StrokeBricks& bricks,
-                                      const DirectedLimits<L>& limits, std::uint32_t brick_order)
+                                      const DirectedLimits<L>& limits, std::uint32_t brick_order,
+                                      std::int64_t most_bytes)
     : start_(start),
       bricks_(bricks),
       grid_(bricks.grid()),
       limits_(limits),
+      most_bytes_(most_bytes),
       order_(brick_order),
       any_order_(brick_order != 0) {}
 
@@ -68,8 +72,7 @@ void ComponentClosure<L>::solve(const ElementSet& handle, L drag, WorkerPool& po
   for (const auto& [linear, mask] : handle.bricks()) {
     Node& node = nodes_[linear];
     node.linear = linear;
-    node.labels = make_aligned_array<L>(kBrickVoxels);
-    std::fill_n(node.labels.get(), kBrickVoxels, L{0});
+    node.labels = fresh_labels();
     for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
       for (int x = 0; x < kBrickEdge; ++x) {
         const auto e = static_cast<std::size_t>(row * kBrickEdge + x);
@@ -185,14 +188,24 @@ typename ComponentClosure<L>::Task ComponentClosure<L>::take_highest() {
 }
 
 template <class L>
+AlignedArray<L> ComponentClosure<L>::fresh_labels() {
+  constexpr std::int64_t kBytes = std::int64_t{sizeof(L)} * kBrickVoxels;
+  if (label_bytes_.fetch_add(kBytes, std::memory_order_relaxed) + kBytes > most_bytes_) {
+    throw Failure({ErrorKind::out_of_memory,
+                   "what moves at once takes more than the lattice may take: " +
+                       std::to_string(most_bytes_ >> 10) + " KiB (--lattice-memory)"});
+  }
+  auto labels = make_aligned_array<L>(kBrickVoxels);
+  std::fill_n(labels.get(), kBrickVoxels, L{0});
+  return labels;
+}
+
+template <class L>
 typename ComponentClosure<L>::Wishes ComponentClosure<L>::visit(const Task& task,
                                                                 BrickSlack<L>& slack) {
   Node& node = *task.node;
   if (!node.brick) node.brick = &bricks_.of(node.linear);
-  if (!node.labels) {
-    node.labels = make_aligned_array<L>(kBrickVoxels);
-    std::fill_n(node.labels.get(), kBrickVoxels, L{0});
-  }
+  if (!node.labels) node.labels = fresh_labels();
   slack.begin(bricks_, *node.brick, start_, limits_);
   DirtyRows dirty = std::exchange(node.seeded, {});
   for (int axis = 0; axis < 3; ++axis) {

@@ -38,15 +38,17 @@ class ComponentClosure {
     L pending = 0;  // highest label that waits for a visit; 0: none
   };
 
-  // brick_order: 0, or the seed of a random order (see ChainMailProblem).
+  // brick_order: 0, or the seed of a random order. most_bytes: of labels (see ChainMailProblem).
   ComponentClosure(const Lattice& start, StrokeBricks& bricks, const DirectedLimits<L>& limits,
-                   std::uint32_t brick_order);
+                   std::uint32_t brick_order, std::int64_t most_bytes);
 
-  // Raises the labels of the handle's elements to the drag and closes everything.
+  // Raises the labels of the handle's elements to the drag and closes everything. Throws as
+  // solve_chainmail().
   void solve(const ElementSet& handle, L drag, WorkerPool& pool);
 
   L overshoot() const { return overshoot_.load(std::memory_order_relaxed); }
   std::int64_t bricks_closed() const { return bricks_closed_; }
+  std::int64_t label_bytes() const { return label_bytes_.load(std::memory_order_relaxed); }
   // All that were reached.
   std::unordered_map<std::int64_t, Node>& nodes() { return nodes_; }
 
@@ -70,6 +72,7 @@ class ComponentClosure {
   Task take_highest();  // under the mutex
   void wait_for(Node& node, L label);
   bool beside_a_running_one(BrickIndex brick) const;
+  AlignedArray<L> fresh_labels();
   Wishes visit(const Task& task, BrickSlack<L>& slack);
   void take_in(const Task& task, int axis, int side, const BrickSlack<L>& slack,
                DirtyRows& dirty) const;
@@ -80,6 +83,8 @@ class ComponentClosure {
   StrokeBricks& bricks_;
   const BrickGrid& grid_;
   const DirectedLimits<L>& limits_;
+  std::int64_t most_bytes_;
+  std::atomic<std::int64_t> label_bytes_{0};
   std::atomic<L> overshoot_{0};
 
   std::mutex mutex_;  // of all that follows

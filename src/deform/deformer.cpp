@@ -152,27 +152,43 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
     by[c] = static_cast<std::int32_t>(std::lround(by_voxels[c] * kUnitsPerVoxel));
   }
   const Stopwatch begin;
-  const Lattice& start = stroke_->before.lattice;
-  const ChainMailProblem problem{start, *stroke_->bricks, stroke_->handle.elements};
-  DragReport report;
+  // The answer to the last position is let go before the next one is made: a stroke is a function
+  // of its start and the drag, so it can be made again, and never are there three states at once.
+  now_.lattice = stroke_->before.lattice;
   try {
-    ChainMailAnswer answer = solve_chainmail(problem, by, pool);
-    if (memory_) {
-      if (auto fits = memory_->check(start, answer.lattice); !fits) {
-        return Error{fits.error().kind, "drag: " + fits.error().message};
-      }
-    }
-    now_.lattice = std::move(answer.lattice);
-    if (memory_) memory_->take_in(start, now_.lattice);
+    const ChainMailAnswer answer = solve(by, pool);
+    stroke_->by = by;
+    DragReport report;
     report.moved_by_voxels = glm::dvec3(answer.moved_by) / double{kUnitsPerVoxel};
     report.clamped = answer.clamped;
     report.elements_moved = answer.elements_moved;
     report.working_bytes = answer.working_bytes;
+    report.seconds = begin.seconds();
+    return report;
   } catch (const Failure& failure) {
-    return failure.error();
+    try {
+      solve(stroke_->by, pool);
+    } catch (const Failure&) {
+      // The scratch file fails whatever is asked: the stroke stands at its start.
+      stroke_->by = glm::ivec3(0);
+    }
+    return Error{failure.error().kind, "drag: " + failure.error().message};
   }
-  report.seconds = begin.seconds();
-  return report;
+}
+
+// Drags the handle by so many units from where the stroke began. Throws what solve_chainmail()
+// throws, and Failure for what does not fit the lattice's memory.
+ChainMailAnswer Deformer::solve(glm::ivec3 by, WorkerPool& pool) {
+  const Lattice& start = stroke_->before.lattice;
+  ChainMailProblem problem{start, *stroke_->bricks, stroke_->handle.elements};
+  if (memory_) problem.most_label_bytes = memory_->store().budget_bytes();
+  ChainMailAnswer answer = solve_chainmail(problem, by, pool);
+  if (memory_) {
+    if (auto fits = memory_->check(start, answer.lattice); !fits) throw Failure(fits.error());
+    memory_->take_in(start, answer.lattice);
+  }
+  now_.lattice = answer.lattice;
+  return answer;
 }
 
 void Deformer::end_stroke() {

@@ -95,11 +95,13 @@ class Deformer {
     Deformation before;
     Handle handle;
     std::unique_ptr<ElementSet> pinned;  // by the other handles
+    glm::ivec3 by{0};                    // the last drag answered, fixed point
     double furthest_voxels = 0.0;        // from rest, of any element when the stroke began
     std::unique_ptr<StrokeBricks> bricks;
   };
 
   ElementSet pinned_elements() const;
+  ChainMailAnswer solve(glm::ivec3 by, WorkerPool& pool);
   Result<void> check_ball(const char* action, glm::dvec3 center, double radius) const;
   void take_over(Cuts cuts);
   void record_step(const Deformation& before);

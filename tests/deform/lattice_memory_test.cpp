@@ -85,7 +85,7 @@ TEST(LatticeMemory, AStrokeThatNeedsMoreIsRefusedAndNothingMoves) {
   const auto refused = deformer.drag_to({30, 30, 30}, workers());
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().kind, ErrorKind::out_of_memory);
-  EXPECT_NE(refused.error().message.find("the lattice may take 384 KiB"), std::string::npos)
+  EXPECT_NE(refused.error().message.find("384 KiB (--lattice-memory)"), std::string::npos)
       << refused.error().message;
   EXPECT_TRUE(equal(deformer.lattice(), before));
   ASSERT_TRUE(deformer.drag_to({0, 0, 0}, workers()).ok());
