@@ -47,6 +47,8 @@ class DragSolver {
     answer_.lattice = start;
     std::vector<Lattice::Change> changes;
     for (auto& [linear, touched] : touched_) {
+      // A new brick that holds the same would be resampled, and kept for undo, for nothing.
+      if (touched->changed == std::array<bool, 3>{}) continue;
       LatticeBrick::Planes planes;
       const LatticeBrick* before = start.brick(linear);
       for (int c = 0; c < 3; ++c) {

@@ -93,9 +93,22 @@ void ComponentClosure<L>::solve(const ElementSet& handle, L drag, WorkerPool& po
   pool.for_each(pool.thread_count(), [&](std::int64_t, int) { work(endless); });
 }
 
-// Takes bricks until none waits, or for some time.
 template <class L>
 void ComponentClosure<L>::work(double seconds) {
+  try {
+    take_bricks(seconds);
+  } catch (...) {
+    // Or the others would wait for what this one was about to say.
+    const std::lock_guard lock(mutex_);
+    failed_ = true;
+    changed_.notify_all();
+    throw;
+  }
+}
+
+// Until none waits, or for some time.
+template <class L>
+void ComponentClosure<L>::take_bricks(double seconds) {
   const Stopwatch since;
   BrickSlack<L> slack;
   std::unique_lock lock(mutex_);
@@ -107,15 +120,7 @@ void ComponentClosure<L>::work(double seconds) {
       continue;
     }
     lock.unlock();
-    Wishes wishes{};
-    try {
-      wishes = visit(task, slack);
-    } catch (...) {
-      lock.lock();
-      failed_ = true;
-      changed_.notify_all();
-      throw;
-    }
+    const Wishes wishes = visit(task, slack);
     lock.lock();
     ++bricks_closed_;
     const BrickIndex here = task.node->brick->index;

@@ -69,6 +69,7 @@ class ComponentClosure {
   using Wishes = std::array<L, 6>;  // what a brick would raise its neighbours to, at most
 
   void work(double seconds);
+  void take_bricks(double seconds);
   Task take_highest();  // under the mutex
   void wait_for(Node& node, L label);
   bool beside_a_running_one(BrickIndex brick) const;

@@ -38,12 +38,6 @@ std::int64_t unshared_bytes(const LatticeBrick* brick, const LatticeBrick* in_it
   return bytes;
 }
 
-std::int64_t bytes_of(const MaterialTable& table) {
-  const auto count = static_cast<std::int64_t>(table.count());
-  return std::int64_t{sizeof(MaterialTable)} + count * std::int64_t{sizeof(Material)} +
-         count * count * std::int64_t{sizeof(LinkLimits)};
-}
-
 }  // namespace
 
 void History::record(const Deformation& before, const Deformation& now) {
@@ -116,7 +110,7 @@ void History::count_bytes(Step& step, const Deformation& now) {
       if (!there) step.bytes += handle->bytes();
     }
   }
-  if (step.materials) step.bytes += bytes_of(*step.materials);
+  if (step.materials) step.bytes += step.materials->bytes();
 }
 
 void History::push(std::deque<Step>& steps, Step step) {

@@ -99,4 +99,9 @@ std::vector<std::string> MaterialTable::warnings() const {
   return warnings_of(materials_, interpolation_);
 }
 
+std::int64_t MaterialTable::bytes() const {
+  return static_cast<std::int64_t>(sizeof(MaterialTable) + materials_.size() * sizeof(Material) +
+                                   levels_.size() * (sizeof(Level) + sizeof(double)));
+}
+
 }  // namespace maille

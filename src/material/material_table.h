@@ -90,6 +90,8 @@ class MaterialTable {
   // What a person may want to change, as sentences; see warnings_of.
   std::vector<std::string> warnings() const;
 
+  std::int64_t bytes() const;
+
  private:
   struct Level {
     ElementLimits limits;
