@@ -91,7 +91,8 @@ class DragSolver {
     answer_.bricks_swept += closure.bricks_closed();
     answer_.working_bytes =
         std::max(answer_.working_bytes,
-                 static_cast<std::int64_t>(closure.nodes().size() * sizeof(L) * kBrickVoxels));
+                 static_cast<std::int64_t>(closure.nodes().size() * sizeof(L) * kBrickVoxels) +
+                     problem_.bricks.bytes());
 
     using Node = typename ComponentClosure<L>::Node;
     std::vector<std::pair<Node*, TouchedBrick*>> work;
