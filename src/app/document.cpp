@@ -31,10 +31,12 @@ std::string_view name_of(ResampleMethod method) {
 }  // namespace
 
 Error in_action(const Scene& scene, std::size_t index, const Error& error) {
-  const auto place = "actions[" + std::to_string(index) + "]." +
-                     std::string(name_of(scene.actions[index])) + ": " + error.message;
   if (error.kind != ErrorKind::usage) return error;
-  return {ErrorKind::bad_input, in_file(scene, place)};
+  const auto name = std::string(name_of(scene.actions[index])) + ": ";
+  // What the deformer says begins with the action's name already.
+  const auto sentence = error.message.starts_with(name) ? error.message : name + error.message;
+  return {ErrorKind::bad_input,
+          in_file(scene, "actions[" + std::to_string(index) + "]." + sentence)};
 }
 
 Result<LoadedVolume> load_volume(const Scene& scene, std::uint64_t seed) {
@@ -295,25 +297,25 @@ Result<void> Document::release(const ReleaseAction& action) {
 
 Result<void> Document::undo(int count) {
   for (int i = 0; i < count; ++i) {
-    if (deformer_ && deformer_->undo()) continue;
-    const auto dropped = undo_steps_dropped();
-    return Error{ErrorKind::usage, "only " + std::to_string(i) + " of " + std::to_string(count) +
-                                       " steps are there to undo" +
-                                       (dropped == 0 ? ""
-                                                     : "; " + std::to_string(dropped) +
-                                                           " were dropped to hold --undo-memory")};
+    if (!deformer_ || !deformer_->undo()) return too_few_steps("undo", i, count);
   }
   return {};
 }
 
 Result<void> Document::redo(int count) {
   for (int i = 0; i < count; ++i) {
-    if (!deformer_ || !deformer_->redo()) {
-      return Error{ErrorKind::usage, "only " + std::to_string(i) + " of " + std::to_string(count) +
-                                         " steps are there to redo"};
-    }
+    if (!deformer_ || !deformer_->redo()) return too_few_steps("redo", i, count);
   }
   return {};
+}
+
+Error Document::too_few_steps(const std::string& action, int there, int wanted) const {
+  auto message = "only " + std::to_string(there) + " of " + std::to_string(wanted) +
+                 " steps are there to " + action;
+  if (const auto dropped = undo_steps_dropped(); dropped > 0) {
+    message += "; " + std::to_string(dropped) + " were dropped to hold --undo-memory";
+  }
+  return {ErrorKind::usage, std::move(message)};
 }
 
 Volume Document::deformed_volume() {

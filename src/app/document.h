@@ -112,6 +112,7 @@ class Document {
   void make_deformer();
   glm::dvec3 to_voxel(const ScenePoint& point) const;
   Result<CutSurface> surface_of(const CutAction& action) const;
+  Error too_few_steps(const std::string& action, int there, int wanted) const;
 
   Scene scene_;
   DocumentOptions options_;

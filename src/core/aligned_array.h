@@ -20,7 +20,6 @@ void give_block_back(void* block, std::size_t bytes) noexcept;
 
 // What freed blocks are kept for, in bytes, at most.
 inline constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;
-std::size_t kept_block_bytes();
 
 struct AlignedDelete {
   std::size_t bytes = 0;

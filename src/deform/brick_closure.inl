@@ -127,9 +127,7 @@ class UniformLinks {
   void prepare(int, int) const {}
   Row up(int axis, int) const { return up_[axis - 1]; }
   Row down(int axis, int) const { return down_[axis - 1]; }
-  Row scan(Row d, int) const {
-    return scan_down<1>(scan_up<1>(d, along_up_), along_down_);
-  }
+  Row scan(Row d, int) const { return scan_down<1>(scan_up<1>(d, along_up_), along_down_); }
 
  private:
   template <int k>

@@ -43,6 +43,8 @@ class Deformer {
  public:
   Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
            const DeformerOptions& options = {});
+  Deformer(const Deformer&) = delete;  // a stroke's bricks point into it
+  Deformer& operator=(const Deformer&) = delete;
 
   const Lattice& lattice() const { return now_.lattice; }
   const Cuts& cuts() const { return now_.cuts; }
