@@ -297,12 +297,20 @@ int run_command_line(int argc, const char* const* argv) try {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    const auto chosen = app.get_subcommands();
     std::string command = "maille";
-    for (auto at = chosen; !at.empty(); at = at[0]->get_subcommands()) {
-      command += " " + at[0]->get_name();
+    std::string what = error.what();
+    for (auto chosen = app.get_subcommands(); !chosen.empty();) {
+      command += " " + chosen[0]->get_name();
+      const CLI::App& last = *chosen[0];
+      chosen = last.get_subcommands();
+      const auto parts = last.get_subcommands({});
+      if (!chosen.empty() || parts.empty()) continue;
+      what = last.get_name() + ": expected one of";
+      for (const auto* const part : parts) {
+        what += (part == parts[0] ? " " : ", ") + part->get_name();
+      }
     }
-    return say({ErrorKind::usage, std::string(error.what()) + " (" + command + " --help)"});
+    return say({ErrorKind::usage, what + " (" + command + " --help)"});
   }
   if (const auto done = run(app, words); !done) return say(done.error());
   if (std::fflush(stdout) != 0) {

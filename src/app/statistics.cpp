@@ -28,9 +28,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double per_element(const RunStatistics::Memory& s) {
-  if (s.lattice_elements == 0) return 0.0;
-  return static_cast<double>(s.lattice_bytes) / static_cast<double>(s.lattice_elements);
+double per_element(std::int64_t bytes, std::int64_t elements) {
+  return elements == 0 ? 0.0 : static_cast<double>(bytes) / static_cast<double>(elements);
 }
 
 Json section(const RunStatistics::ChainMail& s) {
@@ -113,6 +112,12 @@ void RunStatistics::Resample::add(const Resample& other) {
   copy_seconds += other.copy_seconds;
 }
 
+void RunStatistics::Memory::add_stroke(std::int64_t bytes, std::int64_t elements) {
+  if (bytes <= stroke_bytes_peak) return;
+  stroke_bytes_peak = bytes;
+  stroke_elements = elements;
+}
+
 std::int64_t peak_rss_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -143,13 +148,17 @@ std::string to_json(const RunStatistics& s) {
   }
   if (s.frames) out["frames"] = section(*s.frames);
   if (s.pick) out["pick"] = {{"count", s.pick->count}, {"seconds", s.pick->seconds}};
-  out["memory"] = {{"peak_rss_bytes", s.memory.peak_rss_bytes},
-                   {"lattice_bricks", s.memory.lattice_bricks},
-                   {"lattice_bytes", s.memory.lattice_bytes},
-                   {"lattice_bytes_per_element", per_element(s.memory)},
-                   {"gpu_pages_resident", s.memory.gpu_pages_resident},
-                   {"gpu_pages_total", s.memory.gpu_pages_total},
-                   {"gpu_bytes", s.memory.gpu_bytes}};
+  out["memory"] = {
+      {"peak_rss_bytes", s.memory.peak_rss_bytes},
+      {"lattice_bricks", s.memory.lattice_bricks},
+      {"lattice_bytes", s.memory.lattice_bytes},
+      {"lattice_bytes_per_element", per_element(s.memory.lattice_bytes, s.memory.lattice_elements)},
+      {"stroke_bytes_peak", s.memory.stroke_bytes_peak},
+      {"stroke_bytes_per_element",
+       per_element(s.memory.stroke_bytes_peak, s.memory.stroke_elements)},
+      {"gpu_pages_resident", s.memory.gpu_pages_resident},
+      {"gpu_pages_total", s.memory.gpu_pages_total},
+      {"gpu_bytes", s.memory.gpu_bytes}};
   if (const auto& budget = s.memory.budget) {
     out["memory"]["lattice_budget_bytes"] = budget->bytes;
     out["memory"]["lattice_peak_bytes"] = budget->peak_bytes;

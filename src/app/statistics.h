@@ -122,6 +122,11 @@ struct RunStatistics {
     std::int64_t lattice_bricks = 0;
     std::int64_t lattice_bytes = 0;     // in memory, not in the scratch file
     std::int64_t lattice_elements = 0;  // of these bricks, moved or not
+    // At most at once while a stroke was on, where statistics are wanted: the lattice, what of its
+    // state at button-down is no longer the same, materials gathered, the solver's work.
+    std::int64_t stroke_bytes_peak = 0;
+    std::int64_t stroke_elements = 0;  // of the bricks touched then, moved or not
+    void add_stroke(std::int64_t bytes, std::int64_t elements);
 
     struct Budget {
       std::int64_t bytes = 0;           // --lattice-memory

@@ -90,12 +90,14 @@ class DragSolver {
     answer_.moved_by[component] = limits.sign * static_cast<std::int32_t>(drag - overshoot);
     answer_.clamped = answer_.clamped || overshoot > 0;
     answer_.bricks_swept += closure.bricks_closed();
-    answer_.working_bytes = std::max(answer_.working_bytes, closure.label_bytes());
 
     using Node = typename ComponentClosure<L>::Node;
     std::vector<std::pair<Node*, TouchedBrick*>> work;
+    std::int64_t label_bytes = 0;
     for (auto& [linear, node] : closure.nodes()) {
+      label_bytes += static_cast<std::int64_t>(sizeof(Node));
       if (!node.labels || !node.brick) continue;
+      label_bytes += static_cast<std::int64_t>(sizeof(L)) * kBrickVoxels;
       auto& touched = touched_[linear];
       if (!touched) {
         touched = std::make_unique<TouchedBrick>();
@@ -112,6 +114,21 @@ class DragSolver {
     } else {
       pool_.for_each(static_cast<std::int64_t>(work.size()), finish);
     }
+    // Brick by brick, labels turn into planes or give way to them.
+    const std::int64_t made = made_bytes();
+    answer_.working_bytes = std::max({answer_.working_bytes, made_before_ + label_bytes, made});
+    made_before_ = made;
+  }
+
+  // Of what is there of the answer.
+  std::int64_t made_bytes() const {
+    std::int64_t sum = 0;
+    for (const auto& [linear, touched] : touched_) {
+      sum += static_cast<std::int64_t>(sizeof(TouchedBrick));
+      if (touched->moved) sum += static_cast<std::int64_t>(sizeof(StrokeBrick::Rows));
+      for (const auto& plane : touched->planes) sum += plane ? plane->bytes() : 0;
+    }
+    return sum;
   }
 
   // u of a component after the drag: what it was, and the labels above the overshoot.
@@ -142,6 +159,7 @@ class DragSolver {
       }
     }
     touched.planes[c] = moved_plane_of(node.labels.get(), plane, sign, box);
+    node.labels.reset();
   }
 
   template <class L>
@@ -165,6 +183,7 @@ class DragSolver {
   WorkerPool& pool_;
   bool several_components_;
   ChainMailAnswer answer_;
+  std::int64_t made_before_ = 0;  // bytes of the components that are done
   std::unordered_map<std::int64_t, std::unique_ptr<TouchedBrick>> touched_;
 };
 

@@ -43,7 +43,9 @@ struct ChainMailAnswer {
   bool clamped = false;
   std::int64_t elements_moved = 0;  // elements with a label above 0 in some component
   std::int64_t bricks_swept = 0;    // how often a brick was closed; depends on the workers
-  std::int64_t working_bytes = 0;   // labels and what is known of bricks, at most at once
+  // Labels, and what is there of the answer, at most at once; beside it each worker has half a
+  // megabyte, however much moves.
+  std::int64_t working_bytes = 0;
 };
 
 // by: fixed point, each component within +-2^29. Throws std::bad_alloc and Failure (out_of_memory:

@@ -65,6 +65,12 @@ std::string text_of(VoxelIndex voxel) {
 
 }  // namespace
 
+StrokePeak peak_of(const StrokeMemory& before, const DragReport& answer,
+                   const StrokeMemory& after) {
+  return {before.lattice_bytes, after.gathered_bytes, answer.working_bytes,
+          std::max(before.elements, after.elements)};
+}
+
 Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
                    const DeformerOptions& options)
     : volume_(std::move(volume)),
@@ -189,6 +195,31 @@ ChainMailAnswer Deformer::solve(glm::ivec3 by, WorkerPool& pool) {
   }
   now_.lattice = answer.lattice;
   return answer;
+}
+
+StrokeMemory Deformer::stroke_memory() const {
+  if (!stroke_) return {};
+  const Lattice& now = now_.lattice;
+  const Lattice& before = stroke_->before.lattice;
+  const BrickGrid& grid = now.grid();
+  StrokeMemory memory{now.bytes(), stroke_->bricks->bytes(), 0};
+  const auto count = [&](std::int64_t linear) {
+    memory.elements += voxel_count(grid.box(grid.brick(linear)).size());
+  };
+  now.for_each_brick([&](std::int64_t linear, const LatticeBrick&) { count(linear); });
+  Lattice::for_each_difference(now, before, [&](std::int64_t linear) {
+    const LatticeBrick* const was = before.brick(linear);
+    if (!was) return;
+    const LatticeBrick* const is = now.brick(linear);
+    memory.lattice_bytes += was->bytes();
+    for (int c = 0; is && c < 3; ++c) {
+      if (was->plane(c) && was->plane(c) == is->plane(c)) {
+        memory.lattice_bytes -= was->plane(c)->bytes();
+      }
+    }
+    if (!is) count(linear);
+  });
+  return memory;
 }
 
 void Deformer::end_stroke() {

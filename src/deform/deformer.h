@@ -27,9 +27,27 @@ struct DragReport {
   glm::dvec3 moved_by_voxels{0};  // less than asked where an anchor held
   bool clamped = false;
   std::int64_t elements_moved = 0;
-  std::int64_t working_bytes = 0;  // of the solver beside the lattice, at most at once
+  std::int64_t working_bytes = 0;  // of the solver, the answer included, at most at once
   double seconds = 0.0;            // of solving
 };
+
+// What a stroke has in memory between two positions of the pointer.
+struct StrokeMemory {
+  std::int64_t lattice_bytes = 0;   // of the lattice now and at button-down, what they share once
+  std::int64_t gathered_bytes = 0;  // StrokeBricks
+  std::int64_t elements = 0;        // of the bricks that either lattice holds
+};
+// And at most at once while a position was answered: the answer before stays until the new one is
+// there.
+struct StrokePeak {
+  std::int64_t lattice_bytes = 0;  // the answer before and the state at button-down
+  std::int64_t gathered_bytes = 0;
+  std::int64_t working_bytes = 0;
+  std::int64_t elements = 0;  // of the bricks touched
+
+  std::int64_t bytes() const { return lattice_bytes + gathered_bytes + working_bytes; }
+};
+StrokePeak peak_of(const StrokeMemory& before, const DragReport& answer, const StrokeMemory& after);
 
 struct DeformerOptions {
   // What undo and redo may hold, as History counts it. None: no step is kept.
@@ -63,8 +81,9 @@ class Deformer {
   // than 10^6 voxels from rest together with the drags before); out_of_memory (what moves takes
   // more than the lattice's memory: it lies as it did before), file_system (the scratch file).
   Result<DragReport> drag_to(glm::dvec3 by_voxels, WorkerPool& pool);
-  void end_stroke();     // the handle stays pinned; one undo step
-  void cancel_stroke();  // back to the bit
+  StrokeMemory stroke_memory() const;  // all 0 where no stroke is on
+  void end_stroke();                   // the handle stays pinned; one undo step
+  void cancel_stroke();                // back to the bit
 
   // What a cut severs, or a ball takes out and puts back, in the lattice as it lies now
   // (cutting.h, carving.h); each one undo step, unless nothing was there to change. Errors: usage

@@ -141,8 +141,13 @@ void DisplacementPlane::page_through(const std::shared_ptr<PlaneStore>& store) c
   const auto give = [&](auto& array) {
     using Value = std::remove_reference_t<decltype(array[0])>;
     AlignedArray<std::byte> bytes(reinterpret_cast<std::byte*>(array.get()), array.get_deleter());
+    try {
+      paged_ = std::make_unique<const PagedArray>(store, std::move(bytes), int{sizeof(Value)});
+    } catch (...) {
+      bytes.release();  // the values stay where they are
+      throw;
+    }
     array.release();
-    paged_ = std::make_unique<const PagedArray>(store, std::move(bytes), int{sizeof(Value)});
   };
   if (offsets_) {
     give(offsets_);

@@ -9,7 +9,7 @@
 
 namespace maille {
 
-PagedArray::PagedArray(std::shared_ptr<PlaneStore> store, AlignedArray<std::byte> array,
+PagedArray::PagedArray(std::shared_ptr<PlaneStore> store, AlignedArray<std::byte>&& array,
                        int value_bytes)
     : store_(std::move(store)), value_bytes_(value_bytes), values_(array.get()) {
   store_->take_in(*this);

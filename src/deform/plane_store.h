@@ -30,7 +30,7 @@ class PagedArray {
  public:
   // value_bytes: 2 or 4; the array has 32^3 values. What is over budget by it is put aside at the
   // store's next hold_budget().
-  PagedArray(std::shared_ptr<PlaneStore> store, AlignedArray<std::byte> array, int value_bytes);
+  PagedArray(std::shared_ptr<PlaneStore> store, AlignedArray<std::byte>&& array, int value_bytes);
   ~PagedArray();
   PagedArray(const PagedArray&) = delete;
   PagedArray& operator=(const PagedArray&) = delete;

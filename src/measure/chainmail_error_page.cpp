@@ -1,6 +1,7 @@
 #include "measure/chainmail_error_page.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "measure/json_parts.h"
@@ -30,8 +31,8 @@ Json order_json(const Scene& scene, const Order& order) {
           {"folded_cells", order.folded_cells},
           {"rms_to_exact_voxels", order.rms_to_exact_voxels},
           {"max_to_exact_voxels", order.max_to_exact_voxels},
-          {"rms_to_equilibrium_voxels", order.rms_to_equilibrium_voxels},
-          {"max_to_equilibrium_voxels", order.max_to_equilibrium_voxels}};
+          {"rms_to_relaxed_voxels", order.rms_to_relaxed_voxels},
+          {"max_to_relaxed_voxels", order.max_to_relaxed_voxels}};
 }
 
 std::string json_text(const ChainMailError& report) {
@@ -39,12 +40,12 @@ std::string json_text(const ChainMailError& report) {
               {"stage", "chainmail"},   {"machine", json_of(report.machine)}, {"seed", report.seed},
               {"scenes", Json::array()}};
   for (const Scene& scene : report.scenes) {
-    Json equilibrium = {{"iterations", scene.equilibrium.iterations},
-                        {"converged", scene.equilibrium.converged},
-                        {"seconds", scene.equilibrium.seconds},
-                        {"folded_cells", scene.equilibrium.folded_cells}};
-    equilibrium["residual_voxels"] =
-        scene.equilibrium.residual_voxels ? Json(*scene.equilibrium.residual_voxels) : Json();
+    Json relaxed = {{"iterations", scene.relaxed.iterations},
+                    {"converged", scene.relaxed.converged},
+                    {"seconds", scene.relaxed.seconds},
+                    {"folded_cells", scene.relaxed.folded_cells}};
+    relaxed["residual_voxels"] =
+        scene.relaxed.residual_voxels ? Json(*scene.relaxed.residual_voxels) : Json();
     Json orders = Json::array();
     for (const Order& order : scene.orders) orders.push_back(order_json(scene, order));
     out["scenes"].push_back(Json{{"scene", scene.name},
@@ -54,7 +55,7 @@ std::string json_text(const ChainMailError& report) {
                                  {"moved_voxels", json_of(scene.moved_voxels)},
                                  {"affected_elements", scene.affected_elements},
                                  {"affected_links", scene.affected_links},
-                                 {"equilibrium", std::move(equilibrium)},
+                                 {"relaxed", std::move(relaxed)},
                                  {"orders", std::move(orders)}});
   }
   return text_of(out);
@@ -64,8 +65,8 @@ std::string csv_text(const ChainMailError& report) {
   std::vector<std::vector<std::string>> rows = {
       {"scene", "order", "threads", "median_ms", "least_ms", "most_ms", "runs", "elements_moved",
        "violated_links", "violated_share", "worst_violation_voxels", "folded_cells",
-       "rms_to_exact_voxels", "max_to_exact_voxels", "rms_to_equilibrium_voxels",
-       "max_to_equilibrium_voxels"}};
+       "rms_to_exact_voxels", "max_to_exact_voxels", "rms_to_relaxed_voxels",
+       "max_to_relaxed_voxels"}};
   for (const Scene& scene : report.scenes) {
     for (const Order& order : scene.orders) {
       rows.push_back(
@@ -77,8 +78,8 @@ std::string csv_text(const ChainMailError& report) {
            fixed_number(violated_share(scene, order), 6),
            fixed_number(order.worst_violation_voxels, 6), std::to_string(order.folded_cells),
            fixed_number(order.rms_to_exact_voxels, 6), fixed_number(order.max_to_exact_voxels, 6),
-           fixed_number(order.rms_to_equilibrium_voxels, 6),
-           fixed_number(order.max_to_equilibrium_voxels, 6)});
+           fixed_number(order.rms_to_relaxed_voxels, 6),
+           fixed_number(order.max_to_relaxed_voxels, 6)});
     }
   }
   return csv(rows);
@@ -96,29 +97,30 @@ std::string table_text(const ChainMailError& report) {
                     text_of(report.machine) + "; median of runs\n";
   for (const Scene& scene : report.scenes) {
     std::vector<std::vector<std::string>> rows = {{"order", "ms", "moved", "violated", "worst",
-                                                   "folded", "RMS exact", "max exact", "RMS equil.",
-                                                   "max equil."}};
+                                                   "folded", "RMS exact", "max exact",
+                                                   "RMS relaxed", "max relaxed"}};
     for (const Order& order : scene.orders) {
       rows.push_back(
           {name_of(order), fixed_number(1e3 * order.timing.median_seconds, 2),
            std::to_string(order.elements_moved), std::to_string(order.violated_links),
            fixed_number(order.worst_violation_voxels, 3), std::to_string(order.folded_cells),
            fixed_number(order.rms_to_exact_voxels, 4), fixed_number(order.max_to_exact_voxels, 3),
-           fixed_number(order.rms_to_equilibrium_voxels, 3),
-           fixed_number(order.max_to_equilibrium_voxels, 3)});
+           fixed_number(order.rms_to_relaxed_voxels, 3),
+           fixed_number(order.max_to_relaxed_voxels, 3)});
     }
     char heading[256];
     std::snprintf(heading, sizeof heading, ", %dx%dx%d, drag (%g, %g, %g) voxels\n", scene.size.x,
                   scene.size.y, scene.size.z, scene.moved_voxels.x, scene.moved_voxels.y,
                   scene.moved_voxels.z);
-    const auto& equilibrium = scene.equilibrium;
-    out += "\n" + scene.title + heading + text_table(rows) +
-           "equilibrium: " + (equilibrium.converged ? "converged" : "not converged") + " after " +
-           std::to_string(equilibrium.iterations) + " iterations, " +
-           (equilibrium.residual_voxels
-                ? "some " + fixed_number(*equilibrium.residual_voxels, 3) + " voxels to go"
-                : std::string("how far to go is not known")) +
-           ", " + std::to_string(equilibrium.folded_cells) + " folded cells\n";
+    const auto& relaxed = scene.relaxed;
+    out +=
+        "\n" + scene.title + heading + text_table(rows) +
+        "relaxed: " + std::to_string(relaxed.iterations) + " sweeps from the exact answer, " +
+        (relaxed.converged ? "converged, " : "NOT at equilibrium, ") +
+        (relaxed.residual_voxels ? "by its own estimate " +
+                                       fixed_number(*relaxed.residual_voxels, 2) + " voxels from it"
+                                 : std::string("how far from it is not known")) +
+        ", " + std::to_string(relaxed.folded_cells) + " folded cells\n";
   }
   return out;
 }
@@ -164,8 +166,34 @@ plot::Panel panel_of(const ChainMailError& report, const Measure& measure) {
   const auto x = plot::decades_around(times);
   const auto y = plot::decades_around(values);
   panel.x = {"time of the drag [ms]", plot::Scale::log, x.low, x.high, {}};
-  panel.y = {measure.axis, plot::Scale::log_with_zero, y.low, y.high, {}};
+  const bool any_zero = std::any_of(values.begin(), values.end(), [](double v) { return v == 0; });
+  panel.y = {
+      measure.axis, any_zero ? plot::Scale::log_with_zero : plot::Scale::log, y.low, y.high, {}};
   return panel;
+}
+
+// How much the last panel is worth.
+std::string relaxation_note(const ChainMailError& report) {
+  std::size_t converged = 0;
+  std::int64_t sweeps = 0;
+  double least = INFINITY;
+  double most = 0.0;
+  for (const Scene& scene : report.scenes) {
+    converged += scene.relaxed.converged;
+    sweeps = std::max(sweeps, scene.relaxed.iterations);
+    if (!scene.relaxed.residual_voxels) continue;
+    least = std::min(least, *scene.relaxed.residual_voxels);
+    most = std::max(most, *scene.relaxed.residual_voxels);
+  }
+  std::string note = "relaxation: at most " + std::to_string(sweeps) +
+                     " sweeps from the exact answer, at equilibrium in " +
+                     std::to_string(converged) + " of " + std::to_string(report.scenes.size()) +
+                     " scenes";
+  if (least <= most) {
+    note += "; by its own estimate " + fixed_number(least, 2) + " to " + fixed_number(most, 2) +
+            " voxels from it";
+  }
+  return note;
 }
 
 std::string svg_text(const ChainMailError& report) {
@@ -179,14 +207,10 @@ std::string svg_text(const ChainMailError& report) {
        [](const Scene& s, const Order& o) { return 100.0 * violated_share(s, o); }},
       {"Distance to the exact answer", "RMS distance [voxels]",
        [](const Scene&, const Order& o) { return o.rms_to_exact_voxels; }},
-      {"Distance to the relaxed equilibrium", "RMS distance [voxels]",
-       [](const Scene&, const Order& o) { return o.rms_to_equilibrium_voxels; }}};
+      {"Distance to where relaxation leads", "RMS distance [voxels]",
+       [](const Scene&, const Order& o) { return o.rms_to_relaxed_voxels; }}};
   for (const Measure& measure : measures) page.panels.push_back(panel_of(report, measure));
-  const auto converged =
-      std::count_if(report.scenes.begin(), report.scenes.end(),
-                    [](const Scene& scene) { return scene.equilibrium.converged; });
-  page.panels.back().title += " (converged in " + std::to_string(converged) + " of " +
-                              std::to_string(report.scenes.size()) + " scenes)";
+  page.notes.push_back(relaxation_note(report));
   // One column tells the colours, the next ones the shapes.
   if (!report.scenes.empty()) {
     for (const Order& order : report.scenes.front().orders) {
@@ -209,9 +233,9 @@ std::string svg_text(const ChainMailError& report) {
           {report.scenes[s].title,
            {"#444444", kMarkers[s % std::size(kMarkers)], plot::Line::none, false}});
     }
-    page.legend.resize(2 * rows);
+    page.legend.resize(4 * rows);  // two columns stay free: the others keep near their panels
   }
-  page.legend_columns = 2;
+  page.legend_columns = 4;
   return plot::to_svg(page);
 }
 

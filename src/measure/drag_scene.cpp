@@ -56,6 +56,16 @@ Deformer DragScene::deformer() const {
   return Deformer(volume, std::move(MaterialTable::create(materials)).value(), {});
 }
 
+Result<void> DragScene::play_before(Deformer& deformer, WorkerPool& pool) const {
+  for (const Grab& done : before) {
+    if (auto begun = deformer.begin_stroke(done.element, done.radius_voxels); !begun) return begun;
+    if (auto drag = deformer.drag_to(done.by_voxels, pool); !drag) return drag.error();
+    deformer.end_stroke();
+    deformer.release_all();
+  }
+  return {};
+}
+
 Material slack_material(std::string name, int value, double slack, double stiffness) {
   Material material;
   material.name = std::move(name);
@@ -111,6 +121,41 @@ Size3 volume_around(Octahedron moved) {
   // The middle is a multiple of 32 and has half_axis elements and a margin on each side.
   const int bricks = (moved.half_axis + 2 + kBrickEdge - 1) / kBrickEdge;
   return Size3(2 * bricks * kBrickEdge);
+}
+
+DragScene second_grab_scene(std::string name, std::string title, Octahedron moved,
+                            glm::dvec3 direction) {
+  const int aside = moved.half_axis / 4;
+  const Size3 size = volume_around(Octahedron{moved.half_axis + aside});
+  DragScene scene = uniform_scene(std::move(name), std::move(title), size, moved, direction);
+  scene.before = {{scene.grab.element + VoxelIndex(aside, aside / 2, -aside), 0.0,
+                   moved.drag_voxels() * glm::dvec3(0.9, 1.0, 0.8)}};
+  return scene;
+}
+
+DragScene moved_again_scene(int edge, std::uint64_t seed) {
+  // Twice as far as in a cube of slack 0.2 throughout the corners would need.
+  const double far = 2.0 * kSoft * 3.0 * edge / 2.0;
+  DragScene scene = random_scene(edge, 8, soft_and_stiff(), seed, far * glm::dvec3(1.0, -0.9, 0.8));
+  scene.name = "moved_again";
+  scene.title = "random 8³ blocks, all moved again";
+  scene.before = {
+      {scene.grab.element + VoxelIndex(edge / 8), 0.0, far * glm::dvec3(0.8, 1.0, 0.9)}};
+  return scene;
+}
+
+DragScene single_row_scene(int bricks) {
+  const int length = bricks * kBrickEdge;
+  const double link = std::floor(kStiff * kUnitsPerVoxel) / kUnitsPerVoxel;
+  // Along x it passes everything on, across it nothing.
+  Material fibre = slack_material("fibre", 0, kStiff, 1.0);
+  fibre.shear.x = 100.0;
+  return {"single_row",
+          "row of " + std::to_string(bricks) + " bricks, 32 elements each",
+          empty_volume({length, kBrickEdge, kBrickEdge}),
+          {fibre},
+          {},
+          {VoxelIndex(length, kBrickEdge, kBrickEdge) / 2, 0.0, {(length / 2 + 0.5) * link, 0, 0}}};
 }
 
 DragScene stiff_ball_scene(int edge, glm::dvec3 by_voxels) {

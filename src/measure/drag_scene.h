@@ -19,6 +19,8 @@ struct DragScene {
   Grab grab;
 
   Deformer deformer() const;
+  // Plays what comes before; nothing stays pinned. Errors: as Deformer::drag_to.
+  Result<void> play_before(Deformer& deformer, WorkerPool& pool) const;
 };
 
 // A material whose links give by `slack` of a voxel in every way: compress, stretch and shear. For
@@ -43,6 +45,18 @@ DragScene uniform_scene(std::string name, std::string title, Size3 size, Octahed
                         glm::dvec3 direction);
 // The smallest cube for that.
 Size3 volume_around(Octahedron moved);
+
+// The same drag where one of the same length, in another direction, has been before it and beside
+// it: what lies around it has moved, and not alike.
+DragScene second_grab_scene(std::string name, std::string title, Octahedron moved,
+                            glm::dvec3 direction);
+
+// Blocks of 8^3 voxels of slack 0.2 and 0.004, all of which all three components of a drag have
+// moved before, and all of which they move again: what takes most memory.
+DragScene moved_again_scene(int edge, std::uint64_t seed);
+
+// So many bricks in a row, of each of which one row of 32 elements moves: next to nothing to do.
+DragScene single_row_scene(int bricks);
 
 // A ball of slack 0.004 (radius a sixth of the edge) in a medium of slack 0.2, grabbed in its
 // middle.

@@ -15,7 +15,7 @@ constexpr double kAxisRoom = 62;      // left of a panel, for labels and the axi
 constexpr double kNameLetter = 6.3;   // width of a letter of a name, for longer labels
 constexpr double kBelow = 52;         // below a panel, for the same
 constexpr double kLineHeight = 18;
-constexpr double kZeroBand = 26;  // height of the place for 0
+constexpr double kZeroBand = 34;  // height of the place for 0
 
 std::string number(double value) {
   char text[32];
@@ -83,11 +83,19 @@ std::string marker_at(glm::dvec2 at, const Style& style) {
     case Marker::cross:
       return line_between(at - 4.2, at + 4.2, stroke) +
              line_between(at + glm::dvec2(-4.2, 4.2), at + glm::dvec2(4.2, -4.2), stroke);
+    case Marker::tick: return line_between(at - glm::dvec2(0, 8), at + glm::dvec2(0, 8), stroke);
     case Marker::plus:
       return line_between(at - glm::dvec2(5.4, 0), at + glm::dvec2(5.4, 0), stroke) +
              line_between(at - glm::dvec2(0, 5.4), at + glm::dvec2(0, 5.4), stroke);
   }
   return "";
+}
+
+std::string power_of_ten(int exponent) {
+  static const char* const kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string text = exponent < 0 ? "10⁻" : "10";
+  for (const char digit : std::to_string(std::abs(exponent))) text += kDigits[digit - '0'];
+  return text;
 }
 
 struct Tick {
@@ -147,12 +155,11 @@ class Ruler {
   std::vector<Tick> decade_ticks() const {
     std::vector<Tick> ticks;
     if (axis_.scale == Scale::log_with_zero) ticks.push_back({0.0, "0"});
+    // One way to write them along an axis.
+    const bool plain = low_ >= -2.0 && high_ <= 4.0;
     for (int decade = static_cast<int>(low_); decade <= static_cast<int>(high_); ++decade) {
       const double value = std::pow(10.0, decade);
-      char text[32];
-      std::snprintf(text, sizeof text, decade < -3 || decade > 5 ? "1e%d" : "%.*f",
-                    decade < -3 || decade > 5 ? decade : std::max(0, -decade), value);
-      ticks.push_back({value, text});
+      ticks.push_back({value, plain ? number(value) : power_of_ten(decade)});
       for (int n = 2; n < 10 && decade < static_cast<int>(high_); ++n)
         ticks.push_back({n * value, ""});
     }
@@ -240,6 +247,7 @@ std::string drawn_axes(const Panel& panel, const Ruler& x, const Ruler& y, glm::
 
 std::string drawn_series(const Series& series, const Ruler& x, const Ruler& y, glm::dvec2 origin) {
   std::string out, path, markers;
+  std::optional<glm::dvec2> last;
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const auto px = x.at(series.points[i].x);
     const auto py = y.at(series.points[i].y);
@@ -247,6 +255,7 @@ std::string drawn_series(const Series& series, const Ruler& x, const Ruler& y, g
     const glm::dvec2 at = origin + glm::dvec2(*px, -*py);
     path += (path.empty() ? "" : " ") + number(at.x) + "," + number(at.y);
     markers += marker_at(at, series.style);
+    last = at;
     if (i >= series.x_ranges.size()) continue;
     const auto from = x.at(series.x_ranges[i].x);
     const auto to = x.at(series.x_ranges[i].y);
@@ -259,6 +268,16 @@ std::string drawn_series(const Series& series, const Ruler& x, const Ruler& y, g
   if (series.style.line != Line::none && !path.empty()) {
     out += "<polyline points=\"" + path + "\" fill=\"none\" stroke=\"" + series.style.color +
            "\" stroke-width=\"1.8\"" + dashes(series.style.line) + "/>\n";
+  }
+  if (last && !series.label.empty()) {
+    const double length = kNameLetter * static_cast<double>(series.label.size());
+    const bool fits = last->x + 9 + length <= origin.x + kPanelWidth;
+    const glm::dvec2 at = *last + (fits ? glm::dvec2(9, 4) : glm::dvec2(-8, -9));
+    const std::string anchor = fits ? "text-anchor=\"start\" " : "text-anchor=\"end\" ";
+    // White around the letters keeps them readable on lines; not every viewer knows paint-order.
+    markers += text_at(at, series.label,
+                       anchor + "stroke=\"white\" stroke-width=\"3.5\" stroke-linejoin=\"round\"");
+    markers += text_at(at, series.label, anchor + "fill=\"" + series.style.color + "\"");
   }
   return out + markers;
 }

@@ -11,7 +11,7 @@
 
 namespace maille::plot {
 
-enum class Marker { none, circle, square, triangle, diamond, cross, plus };
+enum class Marker { none, circle, square, triangle, diamond, cross, plus, tick };
 enum class Line { none, solid, dashed, dotted };
 
 struct Style {
@@ -42,6 +42,7 @@ struct Series {
   std::vector<glm::dvec2> points;  // drawn in this order
   // Instead of none: from where to where each point was seen along x, a whisker.
   std::vector<glm::dvec2> x_ranges;
+  std::string label;  // beside the last point that is drawn, right of it where there is room
 };
 
 struct Panel {

@@ -36,10 +36,17 @@ std::vector<GroupedScene> scenes_of(const SpeedOptions& options) {
     add("general",
         uniform_scene("general", "general direction", volume_around(moved), moved, kGeneral));
   }
+  const Octahedron again = octahedron_of(options.again_count);
+  add("again_one_axis",
+      second_grab_scene("again_one_axis", "one axis, after another drag", again, {0, -1, 0}));
+  add("again_general",
+      second_grab_scene("again_general", "general direction, after another drag", again, kGeneral));
   add("stiff_ball",
       stiff_ball_scene(options.mixed_edge, glm::dvec3(0, -options.ball_drag_voxels, 0)));
   add("random_blocks", random_scene(options.mixed_edge, 8, soft_and_stiff(), options.seed,
                                     glm::dvec3(0, -options.block_drag_voxels, 0)));
+  add("moved_again", moved_again_scene(options.moved_again_edge, options.seed));
+  add("single_row", single_row_scene(options.row_bricks));
   const Octahedron small = octahedron_of(options.small_count);
   for (const Size3 size : {options.small_volume, options.large_volume}) {
     add("volume_size",
@@ -62,6 +69,7 @@ Result<SpeedReport::Row> measure_row(const GroupedScene& grouped, int threads, i
   row.least_bytes_per_element = bytes_an_element(scene);
   WorkerPool pool(threads);
   Deformer deformer = scene.deformer();
+  if (auto played = scene.play_before(deformer, pool); !played) return played.error();
   std::vector<double> first, next;
   for (int run = 0; run < runs; ++run) {
     deformer.cancel_stroke();
@@ -70,16 +78,17 @@ Result<SpeedReport::Row> measure_row(const GroupedScene& grouped, int threads, i
       return begun.error();
     }
     const double begin_seconds = button_down.seconds();
-    auto drag = timed_drag(deformer, scene.grab.by_voxels, pool);
-    if (!drag) return drag.error();
-    first.push_back(begin_seconds + (*drag).seconds);
-    if (auto back = timed_drag(deformer, glm::dvec3(0), pool); !back) return back.error();
-    drag = timed_drag(deformer, scene.grab.by_voxels, pool);
-    if (!drag) return drag.error();
-    next.push_back((*drag).seconds);
-    row.elements = (*drag).report.elements_moved;
+    // From the third position on memory is what the position before the last has left.
+    for (int position = 0; position < 3; ++position) {
+      const auto drag = timed_drag(deformer, scene.grab.by_voxels, pool);
+      if (!drag) return drag.error();
+      if (position == 0) first.push_back(begin_seconds + (*drag).seconds);
+      if (position == 2) next.push_back((*drag).seconds);
+      row.elements = (*drag).report.elements_moved;
+      row.in_stroke = (*drag).memory;
+      if ((*drag).peak.bytes() > row.at_most.bytes()) row.at_most = (*drag).peak;
+    }
   }
-  row.in_stroke = memory_of(deformer);
   deformer.end_stroke();
   row.at_rest = memory_of(deformer);
   row.first = timing_of(std::move(first));
@@ -135,8 +144,9 @@ Result<SpeedReport::Pointer> measure_pointer(const SpeedOptions& options, int th
 }  // namespace
 
 double bytes_an_element(const DragScene& scene) {
+  const double a_component = scene.before.empty() ? 2.0 : 4.0;
   double bytes = scene.materials.size() > 1 ? 1.0 : 0.0;
-  for (int c = 0; c < 3; ++c) bytes += scene.grab.by_voxels[c] != 0.0 ? 2.0 : 0.0;
+  for (int c = 0; c < 3; ++c) bytes += scene.grab.by_voxels[c] != 0.0 ? a_component : 0.0;
   return bytes;
 }
 
@@ -148,8 +158,32 @@ double SpeedReport::Row::least_gb_per_s() const {
   return 1e-9 * least_bytes_per_element * elements_per_second();
 }
 
+double SpeedReport::Row::bricks_gb_per_s() const {
+  return 1e-9 * least_bytes_per_element * static_cast<double>(at_rest.elements) /
+         next.median_seconds;
+}
+
+double SpeedReport::Row::microseconds_per_brick() const {
+  return 1e6 * next.median_seconds / static_cast<double>(at_rest.bricks);
+}
+
 double SpeedReport::triad_share(const Row& row) const {
   return row.least_gb_per_s() / machine.triad_gb_per_s.at(row.threads);
+}
+
+double SpeedReport::bricks_triad_share(const Row& row) const {
+  return row.bricks_gb_per_s() / machine.triad_gb_per_s.at(row.threads);
+}
+
+const SpeedReport::Row* SpeedReport::find(const std::string& group, int threads,
+                                          std::int64_t elements) const {
+  for (const Row& row : rows) {
+    if (row.group == group && row.threads == threads &&
+        (elements == 0 || std::abs(row.elements - elements) <= elements / 10)) {
+      return &row;
+    }
+  }
+  return nullptr;
 }
 
 double SpeedReport::growth(const std::string& group, int threads) const {

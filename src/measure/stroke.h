@@ -20,6 +20,8 @@ struct Grab {
 struct TimedDrag {
   DragReport report;
   double seconds = 0.0;  // until the answer is there
+  StrokePeak peak;
+  StrokeMemory memory;  // with the answer there
 };
 
 // One position of the pointer. Errors: as Deformer::drag_to.
@@ -27,11 +29,14 @@ Result<TimedDrag> timed_drag(Deformer& deformer, glm::dvec3 by_voxels, WorkerPoo
 
 // Memory of the lattice as it is now.
 struct LatticeUse {
-  std::int64_t bricks = 0;  // that hold elements
-  std::int64_t bytes = 0;   // of these bricks
+  std::int64_t bricks = 0;    // that hold elements
+  std::int64_t elements = 0;  // of these bricks, moved or not
+  std::int64_t bytes = 0;     // of these bricks
 
   double bytes_per_element() const;  // of a touched brick; 0 where none is
 };
 LatticeUse memory_of(const Deformer& deformer);
+double bytes_per_element(const StrokeMemory& memory);  // the same
+double bytes_per_element(const StrokePeak& peak);      // the same
 
 }  // namespace maille

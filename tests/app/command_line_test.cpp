@@ -60,6 +60,11 @@ TEST(CommandLine, MeasureRefusesBeforeItWorks) {
   const auto out = folder("pages");
   expect_refused({"measure"}, 2);
   expect_refused({"measure", "table1", "-o", out}, 2);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"measure"}, {"measure", "table1", "-o", out}}) {
+    EXPECT_NE(run_maille(words).err.find("measure: expected one of speed, error"),
+              std::string::npos);
+  }
   expect_refused({"measure", "speed"}, 2);
   expect_refused({"measure", "error", "-o", out}, 2);
   expect_refused({"measure", "error", "--stage", "-o", out}, 2);

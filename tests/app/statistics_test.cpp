@@ -42,8 +42,9 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
   expect_keys(json["cuts"], {"links_removed", "elements_carved", "seconds"});
   expect_keys(json["undo"], {"steps", "redo_steps", "bytes", "budget_bytes", "dropped_steps"});
   expect_keys(json["memory"],
-              {"lattice_bytes_per_element", "lattice_budget_bytes", "lattice_peak_bytes",
-               "scratch_planes_written", "scratch_bytes_written", "scratch_planes_read"});
+              {"lattice_bytes_per_element", "stroke_bytes_peak", "stroke_bytes_per_element",
+               "lattice_budget_bytes", "lattice_peak_bytes", "scratch_planes_written",
+               "scratch_bytes_written", "scratch_planes_read"});
   expect_keys(json["memory"], {"peak_rss_bytes", "lattice_bricks", "lattice_bytes",
                                "gpu_pages_resident", "gpu_pages_total", "gpu_bytes"});
   EXPECT_EQ(json["maille_stats"], 1);
@@ -73,6 +74,16 @@ TEST(Statistics, AResidualThatNobodyCouldEstimateIsNotInvented) {
   relaxation = nlohmann::json::parse(to_json(s))["relaxation"];
   EXPECT_EQ(relaxation["residual_known"], false);
   EXPECT_FALSE(relaxation.contains("residual_voxels"));
+}
+
+TEST(Statistics, TheStrokeThatTookMostIsTheOneThatCounts) {
+  RunStatistics s;
+  s.memory.add_stroke(600, 100);
+  s.memory.add_stroke(900, 200);
+  s.memory.add_stroke(800, 10);
+  const auto memory = nlohmann::json::parse(to_json(s))["memory"];
+  EXPECT_EQ(memory["stroke_bytes_peak"], 900);
+  EXPECT_EQ(memory["stroke_bytes_per_element"], 4.5);
 }
 
 TEST(Statistics, CopiesAreCountedApart) {

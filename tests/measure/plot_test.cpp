@@ -22,7 +22,7 @@ Page page_of(Axis x, Axis y, std::vector<glm::dvec2> points) {
   page.panels = {{"panel",
                   std::move(x),
                   std::move(y),
-                  {{{"#123456", Marker::circle, Line::solid, false}, std::move(points), {}}}}};
+                  {{{"#123456", Marker::circle, Line::solid, false}, std::move(points), {}, ""}}}};
   page.legend = {{"entry", {"#abcdef", Marker::square, Line::dashed, true}}, {"", {}}};
   return page;
 }
@@ -60,6 +60,26 @@ TEST(Plot, ZeroHasAPlaceOnALogScaleThatSaysSo) {
   EXPECT_EQ(count(svg, "<circle"), 2u);
   EXPECT_EQ(count(svg, ">0</text>"), 1u);
   EXPECT_EQ(count(svg, ">0.01</text>"), 1u);
+}
+
+TEST(Plot, AnAxisWritesItsDecadesOneWay) {
+  const Axis y{"y", Scale::linear, 0, 1, {}};
+  const std::string few = to_svg(page_of({"x", Scale::log, 0.1, 1000, {}}, y, {}));
+  EXPECT_EQ(count(few, ">0.1</text>"), 1u);
+  EXPECT_EQ(count(few, ">1000</text>"), 1u);
+  const std::string many = to_svg(page_of({"x", Scale::log, 0.1, 1e5, {}}, y, {}));
+  EXPECT_EQ(count(many, ">10⁻¹</text>"), 1u);
+  EXPECT_EQ(count(many, ">10³</text>"), 1u);
+  EXPECT_EQ(count(many, ">10⁵</text>"), 1u);
+}
+
+TEST(Plot, ALabelStandsAtTheLastPointThatIsThere) {
+  const Axis axis{"a", Scale::linear, 0, 10, {}};
+  Page page = page_of(axis, axis, {{1, 1}, {5, 5}, {50, 50}});
+  page.panels[0].series[0].label = "a <label>";
+  const std::string svg = to_svg(page);
+  EXPECT_EQ(test::xml_fault(svg), "");
+  EXPECT_GE(count(svg, "a &lt;label&gt;"), 1u);
 }
 
 TEST(Plot, DecadesHoldTheValues) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "measure/speed_bars.h"
 #include "measure/speed_page.h"
 #include "tests/measure/xml.h"
 
@@ -25,6 +27,9 @@ SpeedOptions small() {
   options.mixed_edge = 48;
   options.ball_drag_voxels = 3;
   options.block_drag_voxels = 16;
+  options.again_count = 20'000;
+  options.moved_again_edge = 48;
+  options.row_bricks = 4;
   options.pointer_positions = 9;
   options.pointer_count = 20'000;
   return options;
@@ -57,7 +62,7 @@ TEST(Speed, ItsNumbersAreConsistent) {
   const auto json = nlohmann::json::parse(page.json);
   EXPECT_EQ(json["maille_measure"], 1);
   EXPECT_EQ(json["what"], "speed");
-  ASSERT_EQ(json["drags"].size(), 2u * 9u);
+  ASSERT_EQ(json["drags"].size(), 2u * 13u);
   for (const auto& drag : json["drags"]) {
     SCOPED_TRACE(drag.dump());
     const double ms = drag["milliseconds"]["median"];
@@ -73,7 +78,17 @@ TEST(Speed, ItsNumbersAreConsistent) {
                 elements * double{drag["least_bytes_per_element"]} / ms * 1e-6 / triad, 1e-6);
     const auto& lattice = drag["lattice_at_rest"];
     EXPECT_NEAR(lattice["bytes_per_element"],
-                double{lattice["bytes"]} / (32768.0 * double{lattice["bricks"]}), 1e-9);
+                double{lattice["bytes"]} / double{lattice["elements"]}, 1e-9);
+    EXPECT_LE(lattice["elements"], 32768.0 * double{lattice["bricks"]});
+    EXPECT_LE(elements, lattice["elements"]);
+    EXPECT_NEAR(drag["bricks_triad_share"],
+                double{drag["triad_share"]} * double{lattice["elements"]} / elements, 1e-9);
+    const auto& stroke = drag["stroke_memory"];
+    EXPECT_EQ(stroke["bytes"], std::int64_t{stroke["lattice_bytes"]} +
+                                   std::int64_t{stroke["gathered_bytes"]} +
+                                   std::int64_t{stroke["working_bytes"]});
+    EXPECT_GE(stroke["between_positions_bytes"], lattice["bytes"]);
+    EXPECT_GT(stroke["bytes"], stroke["between_positions_bytes"]);
     if (drag["group"] == "random_blocks") {
       EXPECT_EQ(elements, 48 * 48 * 48);  // all of it
     }
@@ -91,9 +106,22 @@ TEST(Speed, ItsNumbersAreConsistent) {
     if (group == "general") {
       EXPECT_EQ(drag["least_bytes_per_element"], 6.0);
     }
+    if (group == "moved_again") {
+      EXPECT_EQ(drag["elements"], 48 * 48 * 48);
+      EXPECT_EQ(drag["least_bytes_per_element"], 13.0);
+    }
+    if (group == "single_row") {
+      EXPECT_EQ(drag["elements"], 4 * 32);
+      EXPECT_EQ(drag["lattice_at_rest"]["bricks"], 4);
+    }
     if (group == "stiff_ball") {
       EXPECT_EQ(drag["least_bytes_per_element"], 3.0);
     }
+  }
+  for (const auto& bar : json["bars"]) {
+    const bool met = bar.contains("at_least") ? bar["measured"] >= bar["at_least"]
+                                              : bar["measured"] <= bar["at_most"];
+    EXPECT_EQ(bar["met"], met) << bar;
   }
   for (const auto& growth : json["growth"]) EXPECT_TRUE(growth["exponent"].is_number());
   ASSERT_EQ(json["pointer"].size(), 2u);
@@ -106,8 +134,40 @@ TEST(Speed, ItsNumbersAreConsistent) {
       EXPECT_EQ(pointer["positions"][i]["elements"], expected) << i;
     }
   }
-  EXPECT_EQ(std::count(page.csv.begin(), page.csv.end(), '\n'), 1 + 2 * 9);
+  EXPECT_EQ(std::count(page.csv.begin(), page.csv.end(), '\n'), 1 + 2 * 13);
   EXPECT_NE(page.table.find("stiff ball"), page.table.npos);
+}
+
+TEST(Speed, ABarIsThereWhereWhatItIsSetForWasMeasured) {
+  SpeedReport report;
+  report.machine.triad_gb_per_s = {{1, 10.0}, {2, 15.0}};
+  for (const int threads : {1, 2}) {
+    SpeedReport::Row row;
+    row.group = "one_axis";
+    row.threads = threads;
+    row.elements = 988'441;
+    row.next.median_seconds = 0.004;
+    row.at_rest = {80, 80 * 32768, 80 * 32768 * 9};
+    report.rows.push_back(row);
+    row.elements = 38'000;
+    report.rows.push_back(row);
+  }
+  const auto bars = bars_of(report);
+  const auto find = [&](const std::string& what, int threads) {
+    for (const SpeedBar& bar : bars) {
+      if (bar.what == what && bar.threads == threads) return bar;
+    }
+    throw std::out_of_range(what);
+  };
+  const SpeedBar one = find("one axis, 1 M elements", 1);
+  EXPECT_NEAR(one.measured, 247.1, 0.1);
+  EXPECT_EQ(one.row, &report.rows[0]);
+  EXPECT_TRUE(one.met());
+  EXPECT_FALSE(find("one axis, 1 M elements", 2).met());
+  EXPECT_FALSE(find("lattice at rest, worst drag", 1).met());
+  EXPECT_TRUE(find("during a stroke, between positions", 1).met());
+  EXPECT_THROW(find("one axis, 100 k elements", 1), std::out_of_range);
+  EXPECT_THROW(find("stiff ball", 1), std::out_of_range);
 }
 
 TEST(Speed, GrowthIsTheSlopeOfTheLogarithms) {
