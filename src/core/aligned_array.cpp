@@ -71,4 +71,10 @@ void give_block_back(void* block, std::size_t bytes) noexcept {
 
 }  // namespace detail
 
+std::size_t kept_block_bytes() {
+  KeptBlocks& blocks = kept();
+  const std::lock_guard lock(blocks.mutex);
+  return blocks.bytes;
+}
+
 }  // namespace maille

@@ -20,6 +20,7 @@ void give_block_back(void* block, std::size_t bytes) noexcept;
 
 // What freed blocks are kept for, in bytes, at most.
 inline constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;
+std::size_t kept_block_bytes();  // now
 
 struct AlignedDelete {
   std::size_t bytes = 0;
