@@ -182,7 +182,6 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
   auto& s = *statistics_.chainmail;
   for (int i = 1; i <= action.steps; ++i) {
     const double share = i == action.steps ? 1.0 : static_cast<double>(i) / action.steps;
-    const StrokeMemory before = options_.measure ? deformer_->stroke_memory() : StrokeMemory{};
     const auto report = deformer_->drag_to(by * share, pool_);
     if (!report) {
       deformer_->cancel_stroke();
@@ -194,7 +193,7 @@ Result<void> Document::drag(const DragAction& action, VoxelIndex element, const 
     s.seconds += report->seconds;
     s.drag_clamped = s.drag_clamped || report->clamped;
     if (options_.measure) {
-      const auto peak = peak_of(before, *report, deformer_->stroke_memory());
+      const auto peak = peak_of(*report, deformer_->stroke_memory());
       statistics_.memory.add_stroke(peak.bytes(), peak.elements);
     }
     if (auto shown = step(*report); !shown) return shown;

@@ -12,7 +12,7 @@ namespace maille {
 namespace {
 
 // A drag that is done sooner is done before another worker would be awake.
-constexpr double kAlone_seconds = 1e-4;
+constexpr double kAlone_seconds = 2.5e-4;
 
 // One line of a side of a brick, as BrickSlack::cross() numbers them: in line i the element at lane
 // j is first + j * stride.

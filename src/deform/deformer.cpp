@@ -65,10 +65,8 @@ std::string text_of(VoxelIndex voxel) {
 
 }  // namespace
 
-StrokePeak peak_of(const StrokeMemory& before, const DragReport& answer,
-                   const StrokeMemory& after) {
-  return {before.lattice_bytes, after.gathered_bytes, answer.working_bytes,
-          std::max(before.elements, after.elements)};
+StrokePeak peak_of(const DragReport& answer, const StrokeMemory& after) {
+  return {after.start_bytes, after.gathered_bytes, answer.working_bytes, after.elements};
 }
 
 Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
@@ -202,7 +200,7 @@ StrokeMemory Deformer::stroke_memory() const {
   const Lattice& now = now_.lattice;
   const Lattice& before = stroke_->before.lattice;
   const BrickGrid& grid = now.grid();
-  StrokeMemory memory{now.bytes(), stroke_->bricks->bytes(), 0};
+  StrokeMemory memory{now.bytes(), before.bytes(), stroke_->bricks->bytes(), 0};
   const auto count = [&](std::int64_t linear) {
     memory.elements += voxel_count(grid.box(grid.brick(linear)).size());
   };

@@ -34,20 +34,20 @@ struct DragReport {
 // What a stroke has in memory between two positions of the pointer.
 struct StrokeMemory {
   std::int64_t lattice_bytes = 0;   // of the lattice now and at button-down, what they share once
+  std::int64_t start_bytes = 0;     // of the lattice at button-down alone
   std::int64_t gathered_bytes = 0;  // StrokeBricks
   std::int64_t elements = 0;        // of the bricks that either lattice holds
 };
-// And at most at once while a position was answered: the answer before stays until the new one is
-// there.
+// And at most at once while a position was answered.
 struct StrokePeak {
-  std::int64_t lattice_bytes = 0;  // the answer before and the state at button-down
+  std::int64_t lattice_bytes = 0;  // at button-down
   std::int64_t gathered_bytes = 0;
   std::int64_t working_bytes = 0;
   std::int64_t elements = 0;  // of the bricks touched
 
   std::int64_t bytes() const { return lattice_bytes + gathered_bytes + working_bytes; }
 };
-StrokePeak peak_of(const StrokeMemory& before, const DragReport& answer, const StrokeMemory& after);
+StrokePeak peak_of(const DragReport& answer, const StrokeMemory& after);
 
 struct DeformerOptions {
   // What undo and redo may hold, as History counts it. None: no step is kept.

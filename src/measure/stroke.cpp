@@ -12,13 +12,12 @@ double ratio(std::int64_t bytes, std::int64_t elements) {
 }  // namespace
 
 Result<TimedDrag> timed_drag(Deformer& deformer, glm::dvec3 by_voxels, WorkerPool& pool) {
-  const StrokeMemory before = deformer.stroke_memory();
   const Stopwatch start;
   auto report = deformer.drag_to(by_voxels, pool);
   const double seconds = start.seconds();
   if (!report) return report.error();
   const StrokeMemory after = deformer.stroke_memory();
-  return TimedDrag{*report, seconds, peak_of(before, *report, after), after};
+  return TimedDrag{*report, seconds, peak_of(*report, after), after};
 }
 
 double LatticeUse::bytes_per_element() const { return ratio(bytes, elements); }
