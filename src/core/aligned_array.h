@@ -18,7 +18,7 @@ void* take_block(std::size_t bytes);  // throws std::bad_alloc
 void give_block_back(void* block, std::size_t bytes) noexcept;
 }  // namespace detail
 
-// What freed blocks are kept for, in bytes, at most.
+// Bytes of freed blocks that are kept, at most.
 inline constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;
 std::size_t kept_block_bytes();  // now
 

@@ -48,7 +48,6 @@ class ComponentClosure {
 
   L overshoot() const { return overshoot_.load(std::memory_order_relaxed); }
   std::int64_t bricks_closed() const { return bricks_closed_; }
-  std::int64_t label_bytes() const { return label_bytes_.load(std::memory_order_relaxed); }
   // All that were reached.
   std::unordered_map<std::int64_t, Node>& nodes() { return nodes_; }
 

@@ -191,7 +191,7 @@ ChainMailAnswer Deformer::solve(glm::ivec3 by, WorkerPool& pool) {
     if (auto fits = memory_->check(start, answer.lattice); !fits) throw Failure(fits.error());
     memory_->take_in(start, answer.lattice);
   }
-  now_.lattice = answer.lattice;
+  now_.lattice = std::move(answer.lattice);
   return answer;
 }
 

@@ -69,6 +69,16 @@ std::vector<std::int64_t> bricks_with_links_in(const SpaceBox& box, const Lattic
       }
     }
   }
+  for (const std::int64_t b : bricks_with_moved_links(lattice)) bricks.push_back(b);
+  std::sort(bricks.begin(), bricks.end());
+  bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
+  std::erase_if(bricks, [&](std::int64_t b) { return !overlap(bounds_of_links(lattice, b), box); });
+  return bricks;
+}
+
+std::vector<std::int64_t> bricks_with_moved_links(const Lattice& lattice) {
+  std::vector<std::int64_t> bricks;
+  const BrickGrid& grid = lattice.grid();
   lattice.for_each_brick([&](std::int64_t b, const LatticeBrick&) {
     bricks.push_back(b);
     for (int axis = 0; axis < 3; ++axis) {
@@ -78,7 +88,6 @@ std::vector<std::int64_t> bricks_with_links_in(const SpaceBox& box, const Lattic
   });
   std::sort(bricks.begin(), bricks.end());
   bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
-  std::erase_if(bricks, [&](std::int64_t b) { return !overlap(bounds_of_links(lattice, b), box); });
   return bricks;
 }
 

@@ -26,4 +26,8 @@ SpaceBox bounds_of_links(const Lattice& lattice, std::int64_t brick);
 // elements and the ones there would be in the box at rest, however large the volume.
 std::vector<std::int64_t> bricks_with_links_in(const SpaceBox& box, const Lattice& lattice);
 
+// Bricks with a link of which either end may have moved, by rising index. A brick's links are those
+// that start in it and run to the next element along each axis.
+std::vector<std::int64_t> bricks_with_moved_links(const Lattice& lattice);
+
 }  // namespace maille

@@ -4,28 +4,17 @@
 #include <vector>
 
 #include "deform/brick_corner.h"
+#include "deform/lattice_reach.h"
 
 namespace maille {
+
 Violations violations_of(const Lattice& lattice, const MaterialField& materials, const Cuts& cuts) {
-  const BrickGrid& grid = lattice.grid();
   Violations found;
   std::int64_t worst = 0;
   std::vector<MaterialId> ids(
       static_cast<std::size_t>((kBrickEdge + 1) * (kBrickEdge + 1) * (kBrickEdge + 1)));
   BrickCorner corner;
-  // A brick's links are those that start in it and run to the next element along each axis: they
-  // count if either end may have moved.
-  std::vector<std::int64_t> bricks;
-  lattice.for_each_brick([&](std::int64_t b, const LatticeBrick&) {
-    bricks.push_back(b);
-    for (int axis = 0; axis < 3; ++axis) {
-      BrickIndex before = grid.brick(b);
-      if (--before[axis] >= 0) bricks.push_back(grid.linear(before));
-    }
-  });
-  std::sort(bricks.begin(), bricks.end());
-  bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
-  for (const std::int64_t b : bricks) {
+  for (const std::int64_t b : bricks_with_moved_links(lattice)) {
     corner.read(lattice, b);
     const VoxelBox& box = corner.box();
     const Size3 extent = corner.with_next().size();

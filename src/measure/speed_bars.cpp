@@ -60,7 +60,7 @@ void add_times(const SpeedReport& report, std::vector<SpeedBar>& bars) {
     }
     if (sizes.size() == 2) {
       bars.push_back({"large volume against small", threads,
-                      sizes[1]->next.median_seconds / sizes[0]->next.median_seconds, 1.2, false,
+                      sizes[1]->next.median_seconds / sizes[0]->next.median_seconds, 1.1, false,
                       "times as long", nullptr});
     }
   }
