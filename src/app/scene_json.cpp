@@ -65,8 +65,8 @@ void refuse_limits(const JsonReader& material, std::string_view reason) {
 }
 
 Material read_material(const JsonReader& value, bool limits_from_stiffness) {
-  value.expect_object(
-      {"name", "values", "compress", "stretch", "shear", "stiffness", "fixed", "rigid"});
+  value.expect_object({"name", "values", "compress", "stretch", "shear", "stiffness",
+                       "rest_vector_blend", "yield_strain", "fixed", "rigid"});
   Material material;
   if (value.has("name")) material.name = value.at("name").string();
   const auto range = value.at("values");
@@ -90,6 +90,12 @@ Material read_material(const JsonReader& value, bool limits_from_stiffness) {
   read_limits(value, material.compress, material.stretch, material.shear);
   if (value.has("stiffness") || (limits_from_stiffness && !material.rigid)) {
     material.stiffness = value.at("stiffness").number(Bounds::above(0));
+  }
+  if (value.has("rest_vector_blend")) {
+    material.rest_vector_blend = value.at("rest_vector_blend").number(Bounds::between(0, 1));
+  }
+  if (value.has("yield_strain")) {
+    material.yield_strain = value.at("yield_strain").number(Bounds::above(0));
   }
   return material;
 }

@@ -1,4 +1,5 @@
-// One material, as a person gives it: how far its links may go and how stiff its springs are.
+// One material, as a person gives it: how far its links may go, how its springs pull and when they
+// give in.
 //
 // Limits are fractions of the voxel spacing (Gibson 1997; the paper, section 4).
 #pragma once
@@ -22,11 +23,18 @@ struct Material {
   double stiffness = 1.0;    // of its springs, > 0; only ratios matter
   bool fixed = false;        // an anchor: never moves
   bool rigid = false;        // its links keep their length and direction: compress = stretch = 1,
-                             // shear = 0, whatever stands above; relaxation still minds stiffness
+                             // shear = 0, whatever stands above
+  // The share of its springs, 0 to 1, that keeps the rest vector and not only the rest length: the
+  // more, the further it can be compressed before it buckles, and the more it minds being turned.
+  double rest_vector_blend = 0.25;
+  // Strain of a link (change of its rest vector over its rest length, > 0) up to which it springs
+  // back fully; what goes beyond stays when the handle is released. None: it never yields.
+  std::optional<double> yield_strain;
 };
 
 // bad_input naming the material and what was expected: a limit outside its range, a stiffness
-// outside 1e-12 to 1e12, an empty value range. None where all is well.
+// outside 1e-12 to 1e12, a blend outside 0 to 1, a yield strain not above 0, an empty value range.
+// None where all is well.
 std::optional<Error> refusal_of(const Material& material);
 
 // What is expected of limits, where these are none; for materials and for what makes materials.

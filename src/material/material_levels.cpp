@@ -27,6 +27,11 @@ double middle_of(const Material& m) {
   return middle < m.value_high ? middle : m.value_low;  // of neighbouring doubles it may round up
 }
 
+// Rest length over length where a link yields: what runs straight of a yield strain.
+double shortness_at_yield(const Material& m) {
+  return 1.0 / (1.0 + m.yield_strain.value_or(kInfinity));
+}
+
 // A run of values between two middles, or between a middle and a border where flags change: limits
 // run straight in it, flags stay.
 struct Ramp {
@@ -58,6 +63,11 @@ Material at(const Ramp& ramp, double along) {
     level.shear = a.shear + share * (b.shear - a.shear);
   }
   level.stiffness = a.stiffness * std::pow(b.stiffness / a.stiffness, share);
+  level.rest_vector_blend =
+      a.rest_vector_blend + share * (b.rest_vector_blend - a.rest_vector_blend);
+  if (a.yield_strain != b.yield_strain) {
+    level.yield_strain = 1.0 / std::lerp(shortness_at_yield(a), shortness_at_yield(b), share) - 1.0;
+  }
   return level;
 }
 
@@ -65,7 +75,10 @@ Material at(const Ramp& ramp, double along) {
 double change_of(const Ramp& ramp) {
   // Neighbouring doubles, at the end of an open range: no value lies between.
   if (std::nextafter(ramp.value_from, kInfinity) >= ramp.value_to) return 0.0;
-  double most = std::abs(std::log(ramp.upper->stiffness / ramp.lower->stiffness));
+  double most =
+      std::max({std::abs(std::log(ramp.upper->stiffness / ramp.lower->stiffness)),
+                std::abs(ramp.upper->rest_vector_blend - ramp.lower->rest_vector_blend),
+                std::abs(shortness_at_yield(*ramp.upper) - shortness_at_yield(*ramp.lower))});
   if (!ramp.range->rigid) {
     for (const auto limit : {&Material::compress, &Material::stretch, &Material::shear}) {
       for (int c = 0; c < 3; ++c) {

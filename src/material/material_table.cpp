@@ -19,6 +19,13 @@ ElementLimits limits_of(const Material& m) {
   return {inside(1.0 - m.compress), inside(m.stretch - 1.0), inside(m.shear)};
 }
 
+float yield_strain_of(const Material& m) {
+  using Float = std::numeric_limits<float>;
+  const double strain = m.yield_strain.value_or(std::numeric_limits<double>::infinity());
+  if (strain > double{Float::max()}) return Float::infinity();
+  return std::max(static_cast<float>(strain), Float::min());
+}
+
 }  // namespace
 
 Result<MaterialTable> MaterialTable::create(std::vector<Material> materials,
@@ -47,8 +54,9 @@ Result<MaterialTable> MaterialTable::create(std::vector<Material> materials,
   MaterialTable table;
   for (const Material& level : levels_of(materials, interpolation)) {
     table.level_begins_.push_back(level.value_low);
-    table.levels_.push_back(
-        {limits_of(level), static_cast<float>(1.0 / level.stiffness), level.fixed});
+    table.levels_.push_back({limits_of(level), static_cast<float>(1.0 / level.stiffness),
+                             static_cast<float>(level.rest_vector_blend), yield_strain_of(level),
+                             level.fixed});
   }
   table.materials_ = std::move(materials);
   table.interpolation_ = interpolation;

@@ -39,7 +39,7 @@ struct LinkLimits {
 class MaterialTable {
  public:
   // Errors: bad_input, each naming the material and what was expected: no material or more than
-  // 256, a limit outside its range, stiffness not above 0, an empty or overlapping value range.
+  // 256, what refusal_of refuses, overlapping value ranges.
   static Result<MaterialTable> create(std::vector<Material> materials,
                                       Interpolation interpolation = Interpolation::step);
 
@@ -84,6 +84,9 @@ class MaterialTable {
     return link;
   }
   float compliance(MaterialId id) const { return levels_[id].compliance; }  // 1 / stiffness
+  float rest_vector_blend(MaterialId id) const { return levels_[id].rest_vector_blend; }
+  // > 0; infinite where links never yield, so that nobody has to ask whether there is one.
+  float yield_strain(MaterialId id) const { return levels_[id].yield_strain; }
   bool fixed(MaterialId id) const { return levels_[id].fixed; }
   bool any_fixed() const;
 
@@ -96,6 +99,8 @@ class MaterialTable {
   struct Level {
     ElementLimits limits;
     float compliance;
+    float rest_vector_blend;
+    float yield_strain;
     bool fixed;
   };
 

@@ -41,7 +41,7 @@ TEST(Scene, ReadsEveryKey) {
     "volume": {"phantom": "spheres", "size": [10, 20, 30], "seed": 7},
     "materials": {"interpolation": "step", "table": [
       {"name": "air", "values": [-2000, -300], "compress": 0.2, "stretch": 3.0, "shear": [1, 2, 3],
-       "stiffness": 0.001},
+       "stiffness": 0.001, "rest_vector_blend": 0.5, "yield_strain": 0.125},
       {"name": "bone", "values": [200, 4000], "compress": 1.0, "stretch": 1.0, "shear": 0.0,
        "stiffness": 1000.0, "fixed": true}]},
     "anchors": {"faces": ["-z", "+x"]},
@@ -76,6 +76,10 @@ TEST(Scene, ReadsEveryKey) {
   ASSERT_EQ(table.count(), 2);
   EXPECT_EQ(table.materials()[0].shear, glm::dvec3(1, 2, 3));
   EXPECT_TRUE(table.materials()[1].fixed);
+  EXPECT_EQ(table.materials()[0].rest_vector_blend, 0.5);
+  EXPECT_EQ(table.materials()[0].yield_strain, 0.125);
+  EXPECT_EQ(table.materials()[1].rest_vector_blend, 0.25);
+  EXPECT_EQ(table.materials()[1].yield_strain, std::nullopt);
   EXPECT_EQ(scene.anchors.faces, face_low_z | face_high_x);
   EXPECT_FALSE(scene.anchors.free_border);
   EXPECT_FALSE(scene.relaxation.enabled);
@@ -177,6 +181,15 @@ TEST(Scene, RefusalsNameFilePathAndExpectation) {
        "materials.table[0].stretch[1]: expected a number >= 1, got 0.5"},
       {with(R"("materials": {"table": [{"values": [0, 1], "stiffness": 0}]})"),
        "materials.table[0].stiffness: expected a number > 0, got 0"},
+      {with(R"("materials": {"table": [{"values": [0, 1], "rest_vector_blend": 1.25}]})"),
+       "materials.table[0].rest_vector_blend: expected a number from 0 to 1, got 1.25"},
+      {with(R"("materials": {"table": [{"values": [0, 1], "rest_vector_blend": -1}]})"),
+       "materials.table[0].rest_vector_blend: expected a number from 0 to 1, got -1"},
+      {with(R"("materials": {"table": [{"values": [0, 1]},
+                                       {"values": [1, 2], "yield_strain": 0}]})"),
+       "materials.table[1].yield_strain: expected a number > 0, got 0"},
+      {with(R"("materials": {"table": [{"values": [0, 1], "yield_strain": null}]})"),
+       "materials.table[0].yield_strain: expected a number > 0, got null"},
       {with(R"("materials": {"table": [{"values": [1, 1]}]})"),
        "materials.table[0].values: expected [low, high) with low < high"},
       {with(R"("materials": {"table": [{"values": [1]}]})"),

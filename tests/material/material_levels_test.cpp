@@ -31,9 +31,12 @@ MaterialTable linear(std::vector<Material> materials) {
   return std::move(MaterialTable::create(std::move(materials), Interpolation::linear)).value();
 }
 
-// The ten numbers of a material as interpolation sees them: nine limits and ln stiffness.
-std::array<double, 10> numbers_of(const Material& m) {
-  std::array<double, 10> out{};
+// The numbers of a material as interpolation sees them: nine limits, ln stiffness, blend and what
+// runs straight of a yield strain.
+using Numbers = std::array<double, 12>;
+
+Numbers numbers_of(const Material& m) {
+  Numbers out{};
   for (int c = 0; c < 3; ++c) {
     const auto i = static_cast<std::size_t>(c);
     out[i] = 1.0 - m.compress[c];
@@ -41,14 +44,16 @@ std::array<double, 10> numbers_of(const Material& m) {
     out[6 + i] = m.shear[c];
   }
   out[9] = std::log(m.stiffness);
+  out[10] = m.rest_vector_blend;
+  out[11] = m.yield_strain ? 1.0 / (1.0 + *m.yield_strain) : 0.0;
   return out;
 }
 
 // The same of what a table gives a value: limits back in voxels.
-std::array<double, 10> numbers_at(const MaterialTable& table, double value) {
+Numbers numbers_at(const MaterialTable& table, double value) {
   const MaterialId id = table.id_of(value);
   const ElementLimits& limits = table.limits(id);
-  std::array<double, 10> out{};
+  Numbers out{};
   for (int c = 0; c < 3; ++c) {
     const auto i = static_cast<std::size_t>(c);
     out[i] = limits.compress[c] / 512.0;
@@ -56,11 +61,13 @@ std::array<double, 10> numbers_at(const MaterialTable& table, double value) {
     out[6 + i] = limits.shear[c] / 512.0;
   }
   out[9] = -std::log(static_cast<double>(table.compliance(id)));
+  out[10] = table.rest_vector_blend(id);
+  out[11] = 1.0 / (1.0 + static_cast<double>(table.yield_strain(id)));
   return out;
 }
 
 // The straight lines themselves. Materials by rising value, ranges finite.
-std::array<double, 10> straight_at(const std::vector<Material>& materials, double value) {
+Numbers straight_at(const std::vector<Material>& materials, double value) {
   const auto middle = [](const Material& m) { return 0.5 * (m.value_low + m.value_high); };
   if (value <= middle(materials.front())) return numbers_of(materials.front());
   for (std::size_t i = 1; i < materials.size(); ++i) {
@@ -69,8 +76,8 @@ std::array<double, 10> straight_at(const std::vector<Material>& materials, doubl
     if (value > to) continue;
     const auto a = numbers_of(materials[i - 1]);
     const auto b = numbers_of(materials[i]);
-    std::array<double, 10> out{};
-    for (std::size_t n = 0; n < 10; ++n) {
+    Numbers out{};
+    for (std::size_t n = 0; n < out.size(); ++n) {
       out[n] = (a[n] * (to - value) + b[n] * (value - from)) / (to - from);
     }
     return out;
@@ -85,7 +92,7 @@ double promised_error(const std::vector<Material>& materials) {
     const auto a = numbers_of(materials[i - 1]);
     const auto b = numbers_of(materials[i]);
     double most = 0.0;
-    for (std::size_t n = 0; n < 10; ++n) most = std::max(most, std::abs(a[n] - b[n]));
+    for (std::size_t n = 0; n < a.size(); ++n) most = std::max(most, std::abs(a[n] - b[n]));
     change += most;
   }
   return std::max(1.0 / 1024, change / (514.0 - 4.0 * static_cast<double>(materials.size())));
@@ -107,6 +114,8 @@ std::vector<Material> random_materials(int count, unsigned seed) {
       m.stretch[c] = uniform(1.0, 4.0);
       m.shear[c] = uniform(0.0, 1.0);
     }
+    m.rest_vector_blend = uniform(0.0, 1.0);
+    if (i % 3) m.yield_strain = std::exp(uniform(-7.0, 3.0));
     materials.push_back(m);
   }
   return materials;
@@ -131,7 +140,9 @@ TEST_P(MaterialLevels, StayAsCloseToTheStraightLineAsPromised) {
       // Rounded towards the inside by less than a unit.
       ASSERT_GT(got[n], exact[n] - promised - 1.0 / 512) << "number " << n << " at " << value;
     }
-    ASSERT_NEAR(got[9], exact[9], promised + 1e-6) << value;
+    for (std::size_t n = 9; n < got.size(); ++n) {
+      ASSERT_NEAR(got[n], exact[n], promised + 1e-6) << "number " << n << " at " << value;
+    }
   }
 }
 
@@ -148,6 +159,8 @@ TEST_P(MaterialLevels, HaveAMaterialsOwnNumbersInItsMiddle) {
     EXPECT_EQ(table.limits(id).stretch, step.limits(own).stretch);
     EXPECT_EQ(table.limits(id).shear, step.limits(own).shear);
     EXPECT_EQ(table.compliance(id), step.compliance(own));
+    EXPECT_EQ(table.rest_vector_blend(id), step.rest_vector_blend(own));
+    EXPECT_EQ(table.yield_strain(id), step.yield_strain(own));
   }
 }
 
@@ -162,7 +175,7 @@ TEST_P(MaterialLevels, AreMonotoneFromMiddleToMiddle) {
     auto before = numbers_at(table, from);
     for (int s = 1; s <= 1000; ++s) {
       const auto now = numbers_at(table, from + (to - from) * s / 1000);
-      for (std::size_t n = 0; n < 10; ++n) {
+      for (std::size_t n = 0; n < now.size(); ++n) {
         const double rise = (now[n] - before[n]) * (b[n] > a[n] ? 1.0 : -1.0);
         ASSERT_GE(rise, 0.0) << "number " << n << " between materials " << i - 1 << " and " << i;
       }
@@ -198,6 +211,46 @@ TEST(MaterialLevels, GoWhereNumbersChange) {
   materials[0].stretch.y = 2.0 + 1.0 / 16;
   EXPECT_LE(linear(materials).count(), 3 + 32);
   EXPECT_GE(linear(materials).count(), 3 + 31);
+}
+
+TEST(MaterialLevels, GoFromOneBlendToAnother) {
+  auto low = material(0, 10, 0.5, 2, 0.1, 1.0);
+  auto high = material(10, 20, 0.5, 2, 0.1, 1.0);
+  low.rest_vector_blend = 0.0;
+  high.rest_vector_blend = 0.75;
+  const auto table = linear({low, high});
+  EXPECT_EQ(table.count(), 256);
+  const auto blend_at = [&](double value) { return table.rest_vector_blend(table.id_of(value)); };
+  EXPECT_EQ(blend_at(5), 0.0f);
+  EXPECT_NEAR(blend_at(7.5), 0.1875, 0.002);
+  EXPECT_NEAR(blend_at(10), 0.375, 0.002);
+  EXPECT_EQ(blend_at(15), 0.75f);
+}
+
+TEST(MaterialLevels, GoFromClayToRubberWithoutAJump) {
+  auto clay = material(0, 10, 0.5, 2, 0.1, 1.0);
+  const auto rubber = material(10, 20, 0.5, 2, 0.1, 1.0);
+  clay.yield_strain = 0.25;
+  const auto table = linear({clay, rubber});
+  EXPECT_EQ(table.count(), 256);
+  const auto yield_at = [&](double value) { return table.yield_strain(table.id_of(value)); };
+  EXPECT_EQ(yield_at(5), 0.25f);
+  // 1 / (1 + y) is 0.8 in clay, so 0.6 and 0.4 on the way to 0.
+  EXPECT_NEAR(yield_at(7.5), 2.0 / 3.0, 0.01);
+  EXPECT_NEAR(yield_at(10), 1.5, 0.02);
+  EXPECT_EQ(yield_at(15), kInfinity);
+  // Between clays it runs all but straight, and one that all share is nothing to interpolate.
+  auto firmer = rubber;
+  firmer.yield_strain = 0.35;
+  const auto clays = linear({clay, firmer});
+  EXPECT_NEAR(clays.yield_strain(clays.id_of(10)), 0.3, 0.003);
+  firmer.yield_strain = clay.yield_strain = 1.0 / 3e9;
+  firmer.stiffness = 2.0;
+  const auto same = linear({clay, firmer});
+  ASSERT_GT(same.count(), 2);
+  for (int id = 0; id < same.count(); ++id) {
+    EXPECT_EQ(same.yield_strain(static_cast<MaterialId>(id)), static_cast<float>(1.0 / 3e9));
+  }
 }
 
 TEST(MaterialLevels, AreNotSpentOnWhatIsRigidAllOver) {

@@ -186,10 +186,36 @@ TEST(MaterialTable, RefusesWhatCannotBeAndNamesTheMaterial) {
   EXPECT_TRUE(refused([](Material& m) { m.shear.x = -1; }));
   EXPECT_TRUE(refused([](Material& m) { m.stiffness = 0; }));
   EXPECT_TRUE(refused([&](Material& m) { m.stiffness = nan; }));
+  EXPECT_TRUE(refused([](Material& m) { m.rest_vector_blend = -0.01; }));
+  EXPECT_TRUE(refused([](Material& m) { m.rest_vector_blend = 1.01; }));
+  EXPECT_TRUE(refused([&](Material& m) { m.rest_vector_blend = nan; }));
+  EXPECT_FALSE(refused([](Material& m) { m.rest_vector_blend = 1.0; }));
+  EXPECT_TRUE(refused([](Material& m) { m.yield_strain = 0.0; }));
+  EXPECT_TRUE(refused([](Material& m) { m.yield_strain = -0.1; }));
+  EXPECT_TRUE(refused([&](Material& m) { m.yield_strain = nan; }));
+  EXPECT_FALSE(refused([](Material& m) { m.yield_strain = 1e-9; }));
   EXPECT_TRUE(refused([](Material& m) { m.value_high = m.value_low; }));
   EXPECT_TRUE(refused([&](Material& m) { m.value_high = nan; }));
   EXPECT_FALSE(MaterialTable::create({}).ok());
   EXPECT_FALSE(MaterialTable::create({material("a", 0, 10), material("b", 9, 20)}).ok());
+}
+
+TEST(MaterialTable, HasBlendAndYieldStrainOfEachMaterial) {
+  std::vector<Material> materials{material("rubber", 0, 1), material("clay", 1, 2),
+                                  material("sand", 2, 3), material("steel", 3, 4)};
+  materials[1].rest_vector_blend = 0.5;
+  materials[1].yield_strain = 0.125;
+  materials[2].yield_strain = 1e-300;  // beyond a float's reach, and yet above 0
+  materials[3].yield_strain = 1e300;
+  const auto table = MaterialTable::create(materials);
+  ASSERT_TRUE(table.ok());
+  EXPECT_EQ(table->rest_vector_blend(0), 0.25f);
+  EXPECT_EQ(table->rest_vector_blend(1), 0.5f);
+  EXPECT_EQ(table->yield_strain(0), std::numeric_limits<float>::infinity());
+  EXPECT_EQ(table->yield_strain(1), 0.125f);
+  EXPECT_GT(table->yield_strain(2), 0.0f);
+  EXPECT_LT(table->yield_strain(2), 1e-30f);
+  EXPECT_EQ(table->yield_strain(3), std::numeric_limits<float>::infinity());
 }
 
 TEST(MaterialTable, RelativePresetTakesAnyRange) {
