@@ -8,8 +8,14 @@ namespace {
 
 using AxisBits = std::uint8_t;  // a bit an axis
 
+// A brick and one element around it.
+constexpr int kHaloEdge = kBrickEdge + 2;
+constexpr int halo_index(int x, int y, int z) {  // of an element of the brick itself
+  return ((z + 1) * kHaloEdge + y + 1) * kHaloEdge + x + 1;
+}
+
 // Steps to the next element of a halo array.
-constexpr std::array<int, 3> kStep = {1, kSpringHaloEdge, kSpringHaloEdge* kSpringHaloEdge};
+constexpr std::array<int, 3> kStep = {1, kHaloEdge, kHaloEdge* kHaloEdge};
 
 bool any_cut_near(const Cuts& cuts, BrickIndex brick) {
   for (int z = -1; z <= 1; ++z) {
@@ -25,7 +31,7 @@ bool any_cut_near(const Cuts& cuts, BrickIndex brick) {
 
 // Which links of the elements of a brick and of those around it are removed, by lower element.
 std::vector<AxisBits> removed_around(const Cuts& cuts, VoxelIndex lowest) {
-  std::vector<AxisBits> removed(std::size_t{kSpringHaloEdge} * kSpringHaloEdge * kSpringHaloEdge);
+  std::vector<AxisBits> removed(std::size_t{kHaloEdge} * kHaloEdge * kHaloEdge);
   std::size_t i = 0;
   for (int z = -1; z <= kBrickEdge; ++z) {
     for (int y = -1; y <= kBrickEdge; ++y) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "deform/cuts.h"
-#include "deform/spring_forces.h"
+#include "deform/springs.h"
 
 namespace maille {
 

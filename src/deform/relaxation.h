@@ -1,25 +1,27 @@
-// Relaxation: from the ChainMail answer towards the equilibrium of the springs.
+// Relaxation: from the ChainMail answer to the equilibrium of the springs.
 //
-// Springs run to the 6 axis neighbours and the 12 face diagonals, equal k (isotropic, Poisson's
-// ratio 1/4, no zero-energy mode), stiffness of both materials in series, rest lengths in mm:
+// The least energy of springs (springs.h) and corners near folding (fold_energy.h), with handles,
+// pins, anchors and fixed materials where they are, found by nonlinear conjugate gradients
+// (Polak-Ribiere, restarted) on forces that multigrid has turned into moves
+// (stiffness_multigrid.h). A step goes to the least energy along its direction by the energy's own
+// second derivative; where that is not positive, by the bound that no stretch exceeds. FoldGuard
+// takes it, so no cell that was open is folded after it.
 //
-//     f_ij = -k_ij (|p_ij| - d_ij) p_ij / |p_ij|       (the paper's eq. (4), sign and scale mended)
+// The moves that multigrid gives, times the length of the step they are about to take, are what is
+// left to the equilibrium as far as can be told: that is the estimate, and a relaxation is over
+// when the largest is within the tolerance. It does not depend on the path there.
 //
-// of which a share `rest_vector_blend` is a spring on the rest vector, f = -k (p_ij - r_ij), that
-// keeps compressed cells from buckling. The Hessian is at most the stiffness-weighted graph
-// Laplacian at any stretch, so a step of g_i * step / sum_j k_ij with step < 1 lowers the energy
-// from any state at any ratio of stiffness.
+// Carved elements, and any that nothing holds to the rest, stay where they are. Springs do not take
+// stiffness as it stands: material/spring_table.h says why and how.
 //
-// No spring crosses a cut or ends at a carved element (missing_springs.h has the rule): what is
-// left of an element's springs makes its energy, its safe step and its force. Carved elements, and
-// any that nothing holds, stay where they are.
-//
-// Work follows an active list of bricks, looked through once in 16 sweeps: a brick in which nothing
-// moves by more than a thousandth of the tolerance rests, until something moves more at the face of
-// a brick beside it.
+// The paper's way (Jacobi steps for a list of elements that still move) is what maille measure
+// error --stage relaxation compares with.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/parallel.h"
@@ -31,44 +33,50 @@
 namespace maille {
 
 struct RelaxationOptions {
-  double tolerance_voxels = 0.01;   // stop when the estimated distance to equilibrium is below
-  double step = 0.95;               // of the safe step, in (0, 1)
-  double rest_vector_blend = 0.25;  // 0: springs alone; 1: rest vectors alone
+  double tolerance_voxels = 0.01;  // over when the estimated largest distance is within it
+  // What it may take beside the lattice; as much of what surrounds the drag relaxes as fits.
+  std::int64_t memory_bytes = std::numeric_limits<std::int64_t>::max();
 };
 
 struct RelaxationProgress {
   std::int64_t iterations = 0;
-  std::int64_t element_updates = 0;
-  double energy_first = 0.0;  // of all springs that are out of rest, stiffness * mm^2
-  double energy_last = 0.0;   // when last measured: every 16 iterations, at the end, by measure()
-  bool energy_ever_rose = false;     // between two of these
-  double largest_move_voxels = 0.0;  // in the last iteration
-  double residual_voxels = 0.0;      // estimated largest distance to equilibrium; infinite until
-                                     // there are moves enough to tell (16 iterations)
-  bool converged = false;            // residual_voxels is within the tolerance
-  bool at_float_limit = false;       // not, but moves have shrunk to the rounding of the state
+  std::int64_t element_updates = 0;  // free elements times iterations
+  std::int64_t free_elements = 0;
+  double energy_first = 0.0;  // of all springs and corners with a free end, stiffness * mm^2
+  double energy_last = 0.0;
+  bool energy_ever_rose = false;  // between two states that lattice() could give
+  // Estimated distances to equilibrium; infinite before the first iteration.
+  double residual_voxels = std::numeric_limits<double>::infinity();  // the largest
+  double residual_rms_voxels = std::numeric_limits<double>::infinity();
+  std::int64_t folded_corners = 0;  // that ChainMail left, and are still there
+  bool region_limited = false;      // memory did not allow for all that is pulled: its rim holds
+  bool converged = false;           // residual_voxels is within the tolerance
+  bool at_float_limit = false;      // not, but nothing gets better: the rounding of the state
   bool finished() const { return converged || at_float_limit; }
 };
 
 class Relaxation {
  public:
-  // held: elements that stay where they are (handles, pins). The field must outlive this; start and
-  // cuts are of its volume.
+  // held: elements that stay where they are (handles, pins). disturbed: what is not in equilibrium
+  // to begin with; none: all that has moved. The field must outlive this; start and cuts are of its
+  // volume. Throws std::bad_alloc.
   Relaxation(const Lattice& start, const MaterialField& materials, const Cuts& cuts,
              const ElementSet& held, AnchorRules anchors, WorkerPool& pool,
-             const RelaxationOptions& options);
+             const RelaxationOptions& options,
+             const std::optional<VoxelBox>& disturbed = std::nullopt);
   ~Relaxation();
   Relaxation(Relaxation&&) noexcept;
 
-  // One sweep of every active brick. Bit-equal for any number of threads.
+  // One cycle. Bit-equal for any number of threads. Throws Failure where the state is not finite
+  // any more, naming an element.
   const RelaxationProgress& iterate();
   const RelaxationProgress& progress() const;
-  // Brings the energy up to date, for who stops before the end.
-  const RelaxationProgress& measure();
 
-  // The state now, rounded to fixed point; bricks that did not change since the last call are the
+  // The state of least energy so far, rounded to fixed point; bricks that did not change are the
   // same shared bricks.
   Lattice lattice();
+  // Unrounded, of all elements of the volume, x fastest: for measuring.
+  std::vector<glm::dvec3> displacements_voxels() const;
 
   std::int64_t bytes() const;
 

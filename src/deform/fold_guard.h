@@ -1,0 +1,60 @@
+// Moves the elements of a box along a direction without folding a cell.
+//
+// The step is right for nearly all elements and far too bold for a few around a hard pull. There it
+// is taken back, by halves, until no corner that was open comes near folding; then the elements
+// around corners near folding are moved one by one to where their own energy is least (Newton's
+// method on three unknowns, springs and corners, never across J = 0), again and again. So the few
+// do not rule the step of all, and what is stiff in them is gone before the next one.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/parallel.h"
+#include "deform/fold_energy.h"
+
+namespace maille {
+
+class FoldGuard {
+ public:
+  // Finds the corners near folding of the state the box is in. Throws std::bad_alloc.
+  FoldGuard(SpringBox& box, WorkerPool& pool);
+
+  // Adds `step` times a direction to the state. furthest_voxels: no element moves further by it.
+  void advance(const BoxVectors& direction, double step, double furthest_voxels);
+
+  // Corners with an energy, by rising element.
+  const std::vector<CellCorner>& bent() const { return bent_; }
+  double energy() const;
+  void add_forces(BoxVectors& forces) const;
+  double curvature(const BoxVectors& direction) const;
+
+  // Corners that were folded when the guard was made, and still are.
+  std::int64_t folded() const { return folded_; }
+
+ private:
+  struct Element;
+  struct RowMeasure {
+    float least = 0.0f;         // J of its cells
+    float longest_edge = 0.0f;  // in voxels
+    double travelled = -1.0;    // when it was measured; -1: never
+  };
+
+  std::vector<CellCorner> find_near();
+  std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,
+                                      const BoxVectors& direction, double step);
+  void settle(const std::vector<std::int64_t>& elements);
+  double move_to_least_energy(const Element& element);
+  void note_moved(const std::vector<std::int64_t>& elements);
+  void find_bent(const std::vector<CellCorner>& near, const std::vector<std::int64_t>& moved);
+
+  SpringBox& box_;
+  WorkerPool& pool_;
+  FoldEnergy folds_;
+  std::vector<RowMeasure> rows_;  // of cells, by the row of their lowest corners
+  double travelled_voxels_ = 0.0;
+  std::vector<CellCorner> bent_;
+  std::int64_t folded_ = 0;
+};
+
+}  // namespace maille
