@@ -18,10 +18,23 @@ constexpr double kNear = 1.05 * kFoldReach;
 // No step may leave less than this of what an open corner had, or of its reach.
 constexpr double kLeft = 0.3;
 constexpr double kLeftByElement = 0.2;
+// Nor take an open corner below this. The energy of a corner is finite, so hard enough a pull has
+// its least beyond J = 0; without a floor J would shrink by a share a step until rounding folds it.
+constexpr double kLeastOpen = 0.01;
 constexpr int kMostSweeps = 20;
 // Of elements in all sweeps of one step, unless two sweeps take more: far from equilibrium many are
 // near folding that will not be for long.
 constexpr std::size_t kMostMoves = 20'000;
+
+// The least J that a step may leave of an open corner.
+double least_left(double was, double share) {
+  return std::max(share * std::min(was, kFoldReach), std::min(was, kLeastOpen));
+}
+
+// Whether it leaves too little of a corner.
+bool closes(double was, double now, double share) {
+  return now < share * kFoldReach && was > 0.0 && now < least_left(was, share);
+}
 
 struct SpringHere {
   std::int64_t other = 0;
@@ -151,18 +164,13 @@ void FoldGuard::add(const BoxVectors& direction, double step) {
   });
 }
 
-// Whether a step leaves too little of a corner that was open, `before` what it was.
-bool FoldGuard::closes(double before, double now) {
-  return now < kLeft * kFoldReach && before > 0.0 && now < kLeft * std::min(before, kFoldReach);
-}
-
 std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
                                  double step) const {
   return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
     const double now = folds_.determinant(corner);
     if (now >= kLeft * kFoldReach) return false;
-    return closes(
-        glm::determinant(folds_.edges(corner) - step * folds_.edges_of(corner, direction)), now);
+    const glm::dmat3 before = folds_.edges(corner) - step * folds_.edges_of(corner, direction);
+    return closes(glm::determinant(before), now, kLeft);
   }));
 }
 
@@ -193,7 +201,7 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
   };
   const auto is_closed = [&](const CellCorner& corner) {
     const double now = folds_.determinant(corner);
-    return now < kLeft * kFoldReach && closes(before(corner), now);
+    return now < kLeft * kFoldReach && closes(before(corner), now, kLeft);
   };
   std::vector<CellCorner> closed;
   for (const CellCorner& corner : near) {
@@ -366,13 +374,13 @@ double FoldGuard::move_to_least_energy(const Element& here) {
   for (int attempt = 0; attempt < 12; ++attempt, share *= 0.5) {
     const glm::dvec3 move = share * full;
     double moved_energy = 0.0;
-    bool closes = false;
-    for (std::size_t i = 0; i < corners && !closes; ++i) {
+    bool closed = false;
+    for (std::size_t i = 0; i < corners && !closed; ++i) {
       const double j = open[i] + glm::dot(slopes[i], move);
-      closes = open[i] > 0.0 && j < kLeftByElement * std::min(open[i], kFoldReach);
+      closed = open[i] > 0.0 && j < least_left(open[i], kLeftByElement);
       moved_energy += here.corners[i].kappa * fold_penalty(j).value;
     }
-    if (closes) continue;
+    if (closed) continue;
     for (const SpringHere& s : here.springs) {
       const glm::dvec3 du = u + move - at(all, s.other);
       const glm::dvec3 p = s.rest_mm + du;

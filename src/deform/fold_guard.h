@@ -48,7 +48,6 @@ class FoldGuard {
   void add(const BoxVectors& direction, double step);
   // After no element has moved further than that since the last time.
   std::vector<CellCorner> find_near(double furthest_voxels);
-  static bool closes(double before, double now);
   std::size_t closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
                         double step) const;
   std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,

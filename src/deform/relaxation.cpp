@@ -16,8 +16,10 @@ namespace {
 
 // What a free element takes: four vectors, flags, materials, and the coarser levels.
 constexpr std::int64_t kBytesPerElement = 64;
-// Estimates that have not fallen by a tenth in so many iterations will not.
+// Where in so many iterations neither the estimate has fallen by a tenth nor the energy by this
+// share, they will not. Far from equilibrium estimates rise and fall while the energy only falls.
 constexpr int kPatience = 12;
+constexpr double kEnergyGain = 1e-6;
 
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};
@@ -48,6 +50,7 @@ struct Relaxation::State {
   std::unique_ptr<EquilibriumSearch> search;  // of the region; none where nothing is free
   std::vector<glm::dvec3> rim_before;
   double best_residual = std::numeric_limits<double>::infinity();
+  double best_energy = std::numeric_limits<double>::infinity();
   int iterations_without_gain = 0;
   bool unpublished = false;  // the search has moved on since
   double published_energy = 0.0;
@@ -85,7 +88,7 @@ struct Relaxation::State {
     progress.free_elements = search->box().free_elements();
     progress.region_limited = region.limited();
     progress.energy_first = progress.energy_last = published_energy = search->energy_at_start();
-    best_residual = std::numeric_limits<double>::infinity();
+    best_residual = best_energy = std::numeric_limits<double>::infinity();
     iterations_without_gain = 0;
     note();
   }
@@ -96,8 +99,10 @@ struct Relaxation::State {
     progress.residual_voxels = search->largest_voxels();
     progress.residual_rms_voxels = search->rms_voxels();
     progress.folded_corners = search->folded_corners();
-    if (progress.residual_voxels < 0.9 * best_residual) {
-      best_residual = progress.residual_voxels;
+    if (progress.residual_voxels < 0.9 * best_residual ||
+        progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
+      best_residual = std::min(best_residual, progress.residual_voxels);
+      best_energy = progress.energy_last;
       iterations_without_gain = 0;
     } else {
       ++iterations_without_gain;
