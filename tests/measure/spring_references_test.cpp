@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include "references/dense_checks.h"
 #include "references/dense_problem.h"
 #include "references/dense_springs.h"
+#include "references/guarded_sweeps.h"
 #include "references/paper_relaxation.h"
 #include "references/spring_equilibrium.h"
 
@@ -56,10 +58,10 @@ struct Case {
   FoldEnergy fold;
   double shaken_voxels;
 };
-const Case kCases[] = {{{FoldRule::none, 0.2, 1.0}, 0.3},
-                       {{FoldRule::determinant, 0.6, 2.0}, 0.2},
-                       {{FoldRule::determinant, 0.3, 1.0}, 0.5},
-                       {{FoldRule::limits, 0.0, 3.0}, 0.4}};
+const Case kCases[] = {{{}, 0.3},
+                       {{FoldRule::determinant, 0.6, 2.0, 0.05}, 0.2},
+                       {{FoldRule::determinant, 0.3, 1.0, 0.3}, 0.5},
+                       {{FoldRule::limits, 0.2, 3.0, 0.3}, 0.4}};
 
 DisplacementField random_direction(const DenseSprings& springs, std::mt19937& random) {
   std::uniform_real_distribution<double> number(-1, 1);
@@ -104,7 +106,7 @@ TEST(DenseSprings, TheGradientIsThatOfTheEnergy) {
         EXPECT_GT(springs.fold_energy(u), 0.0);
       }
       if (c.fold.rule == FoldRule::determinant && c.shaken_voxels > 0.4) {
-        EXPECT_LT(springs.least_determinant(u), 0.0) << "the Taylor series too";
+        EXPECT_LT(springs.least_determinant(u), 0.0) << "its straight part too";
       }
       DisplacementField gradient;
       springs.gradient(u, gradient);
@@ -238,7 +240,7 @@ TEST(DenseSprings, ARotationCostsTheBlendAlone) {
 TEST(DenseSprings, ThePressedCornerPaysTheBarrier) {
   WorkerPool pool(1);
   SpringProblem problem = problem_of({2, 2, 2}, {spring_material(2.0, 0.25)}, {1, 2, 0.5});
-  problem.fold = {FoldRule::determinant, 0.2, 1.5};
+  problem.fold = {FoldRule::determinant, 0.2, 1.5, 0.3};
   const DenseSprings springs(problem, pool);
   DisplacementField u(8, glm::dvec3(0));
   u[0].x = 0.9;
@@ -248,15 +250,13 @@ TEST(DenseSprings, ThePressedCornerPaysTheBarrier) {
   // Corners at element 0 (J = 0.1) and at its neighbour along x (the same edge, J = 0.1); the
   // neighbours along y and z have sheared edges and J = 1.
   EXPECT_NEAR(springs.fold_energy(u), 2 * 1.5 * kappa * -(1 - q) * (1 - q) * std::log(q), 1e-12);
-  // Folded: the series at q = 0.05, finite and rising.
+  // Folded: on along the tangent at q = 0.3.
   u[0].x = 1.1;
-  const double at = 0.05;
-  const double below = -0.1 / 0.2 - at;
+  const double at = 0.3;
   const double gap = 1 - at;
-  const double series =
-      -gap * gap * std::log(at) + below * (2 * gap * std::log(at) - gap * gap / at) +
-      0.5 * below * below * (-2 * std::log(at) + 4 * gap / at + gap * gap / (at * at));
-  EXPECT_NEAR(springs.fold_energy(u), 2 * 1.5 * kappa * series, 1e-9);
+  const double tangent =
+      -gap * gap * std::log(at) + (-0.1 / 0.2 - at) * (2 * gap * std::log(at) - gap * gap / at);
+  EXPECT_NEAR(springs.fold_energy(u), 2 * 1.5 * kappa * tangent, 1e-9);
   problem.removed.assign(8, 0);
   problem.removed[0] = 1;  // the link along x
   EXPECT_EQ(DenseSprings(problem, pool).fold_energy(u), 0.0) << "nothing folds across a cut";
@@ -367,8 +367,8 @@ SpringProblem dragged_block(double blend, FoldEnergy fold, double by_voxels) {
 
 TEST(SpringEquilibrium, FactorsAndConjugateGradientsAgree) {
   WorkerPool pool(2);
-  for (const FoldEnergy fold : {FoldEnergy{}, FoldEnergy{FoldRule::determinant, 0.5, 1.0},
-                                FoldEnergy{FoldRule::limits, 0, 4.0}}) {
+  for (const FoldEnergy fold : {FoldEnergy{}, FoldEnergy{FoldRule::determinant, 0.5, 1.0, 0.3},
+                                FoldEnergy{FoldRule::limits, 0.2, 4.0, 0.3}}) {
     SCOPED_TRACE("rule " + std::to_string(static_cast<int>(fold.rule)));
     const SpringProblem problem = dragged_block(0.25, fold, 1.6);
     EquilibriumOptions options;
@@ -409,6 +409,70 @@ TEST(SpringEquilibrium, PolishesWhatIsNear) {
   EXPECT_TRUE(near.converged);
   EXPECT_LT(largest_distance(near.u_voxels, far.u_voxels), 2e-7);
   EXPECT_LT(near.cg_steps, far.cg_steps);
+}
+
+// From a state in which cells are folded, and turn others on their way: all come out, and no corner
+// that was right is wrong in between.
+TEST(SpringEquilibrium, TheBarrierUnfoldsAndNeverFolds) {
+  WorkerPool pool(2);
+  SpringProblem problem = dragged_block(0.25, {FoldRule::determinant, 0.2, 1.0, 0.3}, 2.0);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> number(-0.45, 0.45);
+  for (std::size_t i = 0; i < problem.held.size(); ++i) {
+    if (!problem.held[i]) {
+      problem.start_voxels[i] += glm::dvec3(number(random), number(random), number(random));
+    }
+  }
+  EXPECT_GT(dense_folded_cells(problem.size, problem.start_voxels), 10);
+  const Equilibrium end = spring_equilibrium(problem, pool);
+  EXPECT_TRUE(end.converged);
+  EXPECT_EQ(dense_folded_cells(problem.size, end.u_voxels), 0);
+  const DenseSprings springs(problem, pool);
+  DisplacementField before = mm_of(problem.start_voxels, problem.spacing_mm);
+  EquilibriumOptions one_step;
+  one_step.most_newton_steps = 1;
+  for (int step = 0; step < 10; ++step) {
+    problem.start_voxels = spring_equilibrium(problem, pool, one_step).u_voxels;
+    DisplacementField after = mm_of(problem.start_voxels, problem.spacing_mm);
+    EXPECT_TRUE(springs.turning(before, after).empty()) << step;
+    before.swap(after);
+  }
+}
+
+// --- rules for each step
+
+TEST(GuardedSweeps, KeepWhatTheyPromiseAndLowerTheEnergy) {
+  WorkerPool pool(1);
+  const SpringProblem problem = dragged_block(0.25, {}, 1.6);
+  const Equilibrium springs_alone = spring_equilibrium(problem, pool);
+  const DenseSprings springs(problem, pool);
+  const auto start_mm = mm_of(problem.start_voxels, problem.spacing_mm);
+  ASSERT_GT(springs.least_determinant(start_mm), 0.4);
+  GuardedOptions options;
+  options.guard = StepGuard::determinant;
+  options.least_determinant = 0.4;
+  const GuardedAnswer by_determinant = relax_guarded(problem, pool, options);
+  const auto end_mm = mm_of(by_determinant.u_voxels, problem.spacing_mm);
+  EXPECT_GE(springs.least_determinant(end_mm), 0.4 - 1e-9);
+  EXPECT_GT(by_determinant.stopped, 0) << "the guard does matter here";
+  // Without a guard to mind, the sweeps find the equilibrium.
+  options.least_determinant = -1e9;
+  const GuardedAnswer unguarded = relax_guarded(problem, pool, options);
+  EXPECT_TRUE(unguarded.still);
+  EXPECT_LT(largest_distance(unguarded.u_voxels, springs_alone.u_voxels), 1e-3);
+
+  options.guard = StepGuard::limits;
+  const GuardedAnswer by_limits = relax_guarded(problem, pool, options);
+  EXPECT_GT(by_limits.stopped, 0);
+  SpringProblem beyond = problem;
+  beyond.fold = {FoldRule::limits, 0.2, 1.0, 0.3};
+  const DenseSprings limits(beyond, pool);
+  EXPECT_LE(limits.fold_energy(mm_of(by_limits.u_voxels, problem.spacing_mm)),
+            limits.fold_energy(start_mm) + 1e-12);
+  for (const GuardedAnswer* answer : {&by_determinant, &by_limits}) {
+    EXPECT_LT(answer->spring_energy, springs.spring_energy(start_mm));
+    EXPECT_GT(answer->spring_energy, springs_alone.energy);
+  }
 }
 
 // --- the paper's own

@@ -6,14 +6,12 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "references/dense_problem.h"
 #include "references/link_bounds.h"
 
 namespace maille {
 namespace {
 
 constexpr double kWidestGap = 1000.0;
-constexpr double kTaylorBelow = 0.05;  // q
 
 // b(q) with its first two derivatives.
 struct Barrier {
@@ -22,16 +20,15 @@ struct Barrier {
   double curvature;
 };
 
-Barrier barrier(double q) {
+Barrier barrier(double q, const FoldEnergy& fold) {
   if (q >= 1.0) return {0.0, 0.0, 0.0};
-  const double at = std::max(q, kTaylorBelow);
+  const double at = std::max(q, fold.straight_below);
   const double log = std::log(at);
   const double gap = 1.0 - at;
-  const Barrier exact{-gap * gap * log, 2.0 * gap * log - gap * gap / at,
-                      -2.0 * log + 4.0 * gap / at + gap * gap / (at * at)};
-  const double below = q - at;  // <= 0
-  return {exact.value + below * (exact.slope + 0.5 * below * exact.curvature),
-          exact.slope + below * exact.curvature, exact.curvature};
+  const double value = -gap * gap * log;
+  const double slope = 2.0 * gap * log - gap * gap / at;
+  if (q < at) return {value + (q - at) * slope, slope, 0.0};
+  return {value, slope, -2.0 * log + 4.0 * gap / at + gap * gap / (at * at)};
 }
 
 Eigen::Matrix3d cross_matrix(const glm::dvec3& v) {
@@ -224,6 +221,27 @@ glm::dvec3 DenseSprings::excess_mm(std::size_t lower, int axis,
   return du - glm::clamp(du, low, high);
 }
 
+glm::dvec3 DenseSprings::within_limits(std::size_t i, const DisplacementField& u_mm,
+                                       glm::dvec3 asked_mm) const {
+  glm::dvec3 low(-INFINITY);
+  glm::dvec3 high(INFINITY);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const auto step_of = static_cast<std::size_t>(steps_[a]);
+    if ((springs_[i] >> axis) & 1) {
+      const Pair& p = pair(i, i + step_of);
+      low = glm::max(low, u_mm[i + step_of] - p.upper[a] * problem_.spacing_mm);
+      high = glm::min(high, u_mm[i + step_of] - p.lower[a] * problem_.spacing_mm);
+    }
+    if ((springs_[i] >> (kForward + axis)) & 1) {
+      const Pair& p = pair(i - step_of, i);
+      low = glm::max(low, u_mm[i - step_of] + p.lower[a] * problem_.spacing_mm);
+      high = glm::min(high, u_mm[i - step_of] + p.upper[a] * problem_.spacing_mm);
+    }
+  }
+  return glm::clamp(asked_mm, glm::min(low, u_mm[i]), glm::max(high, u_mm[i]));
+}
+
 double DenseSprings::limit_energy_of(std::size_t element, const DisplacementField& u_mm) const {
   double sum = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -249,7 +267,8 @@ double DenseSprings::fold_energy(const DisplacementField& u_mm) const {
         double sum = 0.0;
         for_each_corner_of_layer(z, u_mm, [&](const Corner& corner) {
           if (corner.determinant < problem_.fold.reach) {
-            sum += corner.scale * barrier(corner.determinant / problem_.fold.reach).value;
+            sum += corner.scale *
+                   barrier(corner.determinant / problem_.fold.reach, problem_.fold).value;
           }
         });
         return sum;
@@ -260,37 +279,40 @@ double DenseSprings::fold_energy(const DisplacementField& u_mm) const {
 
 // --- corners
 
+// sides: bit a: the corner's edge along axis a runs up. False where there is no such corner, or a
+// cut goes through it.
+bool DenseSprings::corner_at(std::size_t i, VoxelIndex at, int sides, const DisplacementField& u_mm,
+                             Corner& corner) const {
+  const glm::dvec3 h = problem_.spacing_mm;
+  double kappa = 0.0;
+  corner.element[0] = i;
+  for (int a = 0; a < 3; ++a) {
+    const auto axis = static_cast<std::size_t>(a);
+    const bool up = (sides >> a) & 1;
+    if (up ? at[a] + 1 >= problem_.size[a] : at[a] == 0) return false;
+    const auto step_of = static_cast<std::size_t>(steps_[axis]);
+    const std::size_t j = up ? i + step_of : i - step_of;
+    if (!link_left(std::min(i, j), a)) return false;
+    corner.element[1 + axis] = j;
+    corner.side[axis] = up ? 1.0 : -1.0;
+    corner.edge[axis] = corner.side[axis] * (u_mm[j] - u_mm[i]) / h;
+    corner.edge[axis][a] += 1.0;
+    kappa += pair(i, j).stiffness * h[a] * h[a] / 3.0;
+  }
+  corner.scale = problem_.fold.weight * kappa;
+  corner.determinant = glm::dot(corner.edge[0], glm::cross(corner.edge[1], corner.edge[2]));
+  return true;
+}
+
 template <class F>
 void DenseSprings::for_each_corner_of_layer(int z, const DisplacementField& u_mm, F&& f) const {
-  const Size3 size = problem_.size;
-  const glm::dvec3 h = problem_.spacing_mm;
-  for (int y = 0; y < size.y; ++y) {
-    for (int x = 0; x < size.x; ++x) {
+  Corner corner;
+  for (int y = 0; y < problem_.size.y; ++y) {
+    for (int x = 0; x < problem_.size.x; ++x) {
       const VoxelIndex at(x, y, z);
-      Corner corner;
-      corner.element[0] = element_of(at, size);
-      const std::size_t i = corner.element[0];
-      for (int bits = 0; bits < 8; ++bits) {
-        double kappa = 0.0;
-        bool whole = true;
-        for (int a = 0; a < 3 && whole; ++a) {
-          const auto axis = static_cast<std::size_t>(a);
-          const bool up = (bits >> a) & 1;
-          const auto step_of = static_cast<std::size_t>(steps_[axis]);
-          whole = up ? at[a] + 1 < size[a] : at[a] > 0;
-          if (!whole) break;
-          const std::size_t j = up ? i + step_of : i - step_of;
-          whole = link_left(std::min(i, j), a);
-          corner.element[1 + axis] = j;
-          corner.side[axis] = up ? 1.0 : -1.0;
-          corner.edge[axis] = corner.side[axis] * (u_mm[j] - u_mm[i]) / h;
-          corner.edge[axis][a] += 1.0;
-          kappa += pair(i, j).stiffness * h[a] * h[a] / 3.0;
-        }
-        if (!whole) continue;
-        corner.scale = problem_.fold.weight * kappa;
-        corner.determinant = glm::dot(corner.edge[0], glm::cross(corner.edge[1], corner.edge[2]));
-        f(corner);
+      const std::size_t i = element_of(at, problem_.size);
+      for (int sides = 0; sides < 8; ++sides) {
+        if (corner_at(i, at, sides, u_mm, corner)) f(corner);
       }
     }
   }
@@ -320,20 +342,23 @@ double DenseSprings::least_determinant(const DisplacementField& u_mm) const {
   return *std::min_element(least.begin(), least.end());
 }
 
-bool DenseSprings::any_corner_turns(const DisplacementField& from_mm,
-                                    const DisplacementField& to_mm) const {
-  return sum_of_layers([&](int z) {
-           std::vector<bool> right;
-           for_each_corner_of_layer(z, from_mm, [&](const Corner& corner) {
-             right.push_back(corner.determinant > 0.0);
-           });
-           std::size_t index = 0;
-           double turned = 0.0;
-           for_each_corner_of_layer(z, to_mm, [&](const Corner& corner) {
-             turned += right[index++] && !(corner.determinant > 0.0);
-           });
-           return turned;
-         }) > 0.0;
+std::vector<std::size_t> DenseSprings::turning(const DisplacementField& from_mm,
+                                               const DisplacementField& to_mm) const {
+  std::vector<std::vector<std::size_t>> by_layer(static_cast<std::size_t>(problem_.size.z));
+  for_each_layer([&](int z) {
+    std::vector<bool> right;
+    for_each_corner_of_layer(
+        z, from_mm, [&](const Corner& corner) { right.push_back(corner.determinant > 0.0); });
+    std::size_t index = 0;
+    for_each_corner_of_layer(z, to_mm, [&](const Corner& corner) {
+      if (!right[index++] || corner.determinant > 0.0) return;
+      auto& here = by_layer[static_cast<std::size_t>(z)];
+      here.insert(here.end(), corner.element.begin(), corner.element.end());
+    });
+  });
+  std::vector<std::size_t> all;
+  for (const auto& some : by_layer) all.insert(all.end(), some.begin(), some.end());
+  return all;
 }
 
 // --- gradient
@@ -377,7 +402,8 @@ void DenseSprings::gradient(const DisplacementField& u_mm, DisplacementField& ou
   });
   if (problem_.fold.rule != FoldRule::determinant) return;
   for (const Corner& corner : near_folding(u_mm)) {
-    const double slope = corner.scale * barrier(corner.determinant / problem_.fold.reach).slope /
+    const double slope = corner.scale *
+                         barrier(corner.determinant / problem_.fold.reach, problem_.fold).slope /
                          problem_.fold.reach;
     const auto normal = normals_of(corner.edge);
     for (std::size_t a = 0; a < 3; ++a) {
@@ -436,7 +462,7 @@ void DenseSprings::linearise(const DisplacementField& u_mm, bool positive) {
   corner_curvatures_.clear();
   fold_weights_.assign(count() * 3, 0.0f);
   for (const Corner& corner : near_folding(u_mm)) {
-    const Barrier b = barrier(corner.determinant / problem_.fold.reach);
+    const Barrier b = barrier(corner.determinant / problem_.fold.reach, problem_.fold);
     const double slope = corner.scale * b.slope / problem_.fold.reach;
     const double curvature = corner.scale * b.curvature / problem_.fold.reach / problem_.fold.reach;
     const auto normal = normals_of(corner.edge);

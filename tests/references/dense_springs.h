@@ -22,6 +22,7 @@
 #include "core/parallel.h"
 #include "core/spaces.h"
 #include "material/material_table.h"
+#include "references/dense_problem.h"
 
 namespace maille {
 
@@ -44,8 +45,9 @@ enum class FoldRule {
   // A barrier of finite reach at every corner of every cell whose three links are left, on the
   // determinant J of its edges in voxels (1 at rest): with q = J / reach and kappa the mean of
   // k h^2 over the links, weight * kappa * b(q),
-  //     b = 0 for q >= 1,  -(1 - q)^2 ln q below,  its second-order Taylor series below q = 0.05.
-  // Twice differentiable, and finite for folded cells too, which it unfolds.
+  //     b = 0 for q >= 1,  -(1 - q)^2 ln q below,  its tangent from q = straight_below on down.
+  // Finite for folded cells too, which it unfolds. A barrier that grows with the square there, or
+  // is steep (from q = 0.05 on), pulls cells that ChainMail folded so hard that others fold.
   determinant,
   // A spring on every component of a link beyond its ChainMail limits:
   // 1/2 weight k (excess_mm)^2.
@@ -56,6 +58,8 @@ struct FoldEnergy {
   FoldRule rule = FoldRule::none;
   double reach = 0.2;
   double weight = 1.0;
+  double straight_below =
+      0.3;  // of q, for the determinant: from where on the barrier goes straight
 };
 
 struct SpringProblem {
@@ -119,8 +123,17 @@ class DenseSprings {
 
   // The least J of any corner; infinite where there is none.
   double least_determinant(const DisplacementField& u_mm) const;
-  // Whether a corner with J > 0 in one state has J <= 0 in another.
-  bool any_corner_turns(const DisplacementField& from_mm, const DisplacementField& to_mm) const;
+  // The elements of corners with J > 0 in one state and J <= 0 in another, each once or more.
+  std::vector<std::size_t> turning(const DisplacementField& from_mm,
+                                   const DisplacementField& to_mm) const;
+
+  // Calls f(J) for each of the up to 32 corners that an element takes part in, always in one order.
+  template <class F>
+  void for_each_determinant_around(std::size_t element, const DisplacementField& u_mm, F&& f) const;
+  // The place nearest to `asked_mm`, by component, that keeps the links of an element within their
+  // ChainMail limits, or no further outside than they are.
+  glm::dvec3 within_limits(std::size_t element, const DisplacementField& u_mm,
+                           glm::dvec3 asked_mm) const;
 
   // Takes the Hessian of energy() at a state, for what follows. positive: each spring's and each
   // corner's part with its negative curvature taken out, so that the sum has none either; else the
@@ -180,6 +193,8 @@ class DenseSprings {
     return problem_.removed.empty() || !((problem_.removed[lower] >> axis) & 1);
   }
   bool spring_left(std::size_t i, VoxelIndex at, glm::ivec3 offset) const;
+  bool corner_at(std::size_t element, VoxelIndex at, int sides, const DisplacementField& u_mm,
+                 Corner& corner) const;
   template <class F>
   void for_each_corner_of_layer(int z, const DisplacementField& u_mm, F&& f) const;
   double limit_energy_of(std::size_t element, const DisplacementField& u_mm) const;
@@ -230,6 +245,25 @@ void DenseSprings::for_each_spring_of(std::size_t i, F&& f) const {
     if ((springs_[i] >> (kForward + s)) & 1) {
       const Pair& p = pair(i - step_of, i);
       f(i - step_of, SpringView{-rest_mm_[s], length_mm_[s], p.stiffness, p.blend});
+    }
+  }
+}
+
+template <class F>
+void DenseSprings::for_each_determinant_around(std::size_t i, const DisplacementField& u_mm,
+                                               F&& f) const {
+  const VoxelIndex at = voxel_of(i, problem_.size);
+  Corner corner;
+  for (int sides = 0; sides < 8; ++sides) {
+    if (corner_at(i, at, sides, u_mm, corner)) f(corner.determinant);
+    for (int axis = 0; axis < 3; ++axis) {
+      // The corner at the neighbour, of the same cell.
+      VoxelIndex beside = at;
+      beside[axis] += (sides >> axis) & 1 ? 1 : -1;
+      if (!contains(problem_.size, beside)) continue;
+      if (corner_at(element_of(beside, problem_.size), beside, sides ^ (1 << axis), u_mm, corner)) {
+        f(corner.determinant);
+      }
     }
   }
 }

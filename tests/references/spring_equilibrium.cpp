@@ -169,6 +169,24 @@ class Newton {
     return true;
   }
 
+  // Takes back, of a step, what carries corners across J = 0: there alone, since one corner that
+  // cannot go further would otherwise hold up all the others. False if it had to.
+  bool keep_from_turning(DisplacementField& u) const {
+    constexpr int kShorter = 4;  // times; after that the element stays
+    std::vector<std::uint8_t> shortened(u.size(), 0);
+    bool whole = true;
+    for (;;) {
+      auto turning = springs_.turning(u_, u);
+      if (turning.empty()) return whole;
+      whole = false;
+      std::sort(turning.begin(), turning.end());
+      turning.erase(std::unique(turning.begin(), turning.end()), turning.end());
+      for (const std::size_t i : turning) {
+        u[i] = shortened[i]++ < kShorter ? 0.5 * (u_[i] + u[i]) : u_[i];
+      }
+    }
+  }
+
   // False where no length of the step is any better than none.
   bool take_step() {
     const double slope = dot(gradient_, step_);
@@ -177,7 +195,9 @@ class Newton {
     for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
       full_step_ = halving == 0;
       add(u_, length, step_, u);
-      if (problem_.fold.rule != FoldRule::none && springs_.any_corner_turns(u_, u)) continue;
+      if (problem_.fold.rule == FoldRule::determinant && !options_.may_turn_corners) {
+        full_step_ = keep_from_turning(u) && full_step_;
+      }
       const double energy = springs_.energy(u);
       const double noise = kEnergyRounding * std::abs(energy_);
       bool good = energy <= energy_ + kSufficientFall * length * slope;

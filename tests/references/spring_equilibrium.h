@@ -4,8 +4,8 @@
 // Small problems are factorised (Eigen's sparse LDLT) with the exact Hessian, or where that is
 // indefinite with each spring's negative curvature taken out. Larger ones take truncated Newton
 // steps by conjugate gradients, preconditioned by laplacian_multigrid.h, without a stored matrix
-// (some 400 bytes an element in all). A step is taken no further than the energy falls and, where
-// the problem has a fold rule, no corner with J > 0 turns.
+// (some 400 bytes an element in all). A step is taken no further than the energy falls and, with
+// the determinant's barrier, no corner with J > 0 turns.
 //
 // An equilibrium is a minimum near the start, not the only one: cells that buckle have several.
 #pragma once
@@ -19,6 +19,9 @@ struct EquilibriumOptions {
   std::int64_t largest_factorised = 3000;  // free elements; beyond: conjugate gradients
   int most_newton_steps = 200;
   int most_cg_steps = 5000;  // in one Newton step
+  // With the determinant's barrier: a step may carry a corner across J = 0. From a start with many
+  // folded cells it gets there in fewer steps so.
+  bool may_turn_corners = false;
 };
 
 struct Equilibrium {
