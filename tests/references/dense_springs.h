@@ -97,6 +97,8 @@ class DenseSprings {
   bool has_spring(std::size_t element, int forward) const {
     return (springs_[element] >> forward) & 1;
   }
+  // Bit f: the forward spring f is there; bit 9 + f: the one that runs from -kOffsets[f] to here.
+  std::uint32_t springs_of(std::size_t element) const { return springs_[element]; }
   double stiffness(std::size_t element, int forward) const {
     return pair(element, element + static_cast<std::size_t>(step(forward))).stiffness;
   }

@@ -1,6 +1,7 @@
 #include "references/paper_relaxation.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace maille {
 
@@ -12,6 +13,19 @@ PaperRelaxation<Real>::PaperRelaxation(const SpringProblem& problem,
       springs_(problem, pool),
       epsilon_voxels_(options.epsilon_voxels),
       listed_(springs_.count(), 0) {
+  for (std::size_t f = 0; f < DenseSprings::kForward; ++f) {
+    const glm::dvec3 rest = glm::dvec3(DenseSprings::kOffsets[f]) * problem.spacing_mm;
+    const std::ptrdiff_t step = springs_.step(static_cast<int>(f));
+    const Real length = static_cast<Real>(glm::length(rest));
+    kinds_[f] = {step, Vector(rest), length};
+    kinds_[DenseSprings::kForward + f] = {-step, Vector(-rest), length};
+  }
+  for (const SpringMaterial& a : problem.materials) {
+    for (const SpringMaterial& b : problem.materials) {
+      stiffness_.push_back(static_cast<Real>(2.0 / (1.0 / a.stiffness + 1.0 / b.stiffness)));
+      blend_.push_back(static_cast<Real>(0.5 * (a.rest_vector_blend + b.rest_vector_blend)));
+    }
+  }
   double stiffest = 0.0;
   for (std::size_t i = 0; i < springs_.count(); ++i) {
     u_mm_.push_back(Vector(problem.start_voxels[i] * problem.spacing_mm));
@@ -26,17 +40,24 @@ PaperRelaxation<Real>::PaperRelaxation(const SpringProblem& problem,
 
 template <class Real>
 typename PaperRelaxation<Real>::Vector PaperRelaxation<Real>::force_on(std::size_t i) const {
+  const std::size_t count = problem_.materials.size();
+  const bool one_material = problem_.ids.empty();
+  const Vector here = u_mm_[i];
   Vector force(0);
-  springs_.for_each_spring_of(i, [&](std::size_t j, const DenseSprings::SpringView& spring) {
-    const Vector du = u_mm_[j] - u_mm_[i];
-    const Vector along = Vector(spring.rest_mm) + du;
+  for (std::uint32_t bits = springs_.springs_of(i); bits != 0; bits &= bits - 1) {
+    const Spring& spring = kinds_[static_cast<std::size_t>(std::countr_zero(bits))];
+    const std::size_t j = i + static_cast<std::size_t>(spring.step);
+    const std::size_t pair =
+        one_material ? 0 : std::size_t{problem_.ids[i]} * count + problem_.ids[j];
+    const Vector du = u_mm_[j] - here;
+    const Vector along = spring.rest_mm + du;
     const Real length = glm::length(along);
-    Vector pull = Real(spring.blend) * du;
-    if (length > Real(0)) {
-      pull += Real(1.0 - spring.blend) * (length - Real(spring.length_mm)) / length * along;
-    }
-    force += Real(spring.stiffness) * pull;
-  });
+    const Real blend = blend_[pair];
+    // A pair at zero distance has no direction.
+    const Real stretch =
+        length > Real(0) ? (Real(1) - blend) * (length - spring.length_mm) / length : Real(0);
+    force += stiffness_[pair] * (blend * du + stretch * along);
+  }
   return force;
 }
 
@@ -59,8 +80,10 @@ void PaperRelaxation<Real>::iterate() {
     const glm::dvec3 move_voxels = glm::dvec3(move_mm_[n]) / problem_.spacing_mm;
     if (glm::length(move_voxels) < epsilon_voxels_) continue;
     come_in(i);
-    springs_.for_each_spring_of(
-        i, [&](std::size_t j, const DenseSprings::SpringView&) { come_in(j); });
+    for (std::uint32_t bits = springs_.springs_of(i); bits != 0; bits &= bits - 1) {
+      come_in(i + static_cast<std::size_t>(
+                      kinds_[static_cast<std::size_t>(std::countr_zero(bits))].step));
+    }
   }
   list_ = std::move(next);
 }

@@ -10,6 +10,7 @@
 // One thread, the arithmetic in Real.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "references/dense_springs.h"
@@ -39,10 +40,18 @@ class PaperRelaxation {
 
  private:
   using Vector = glm::vec<3, Real>;
+  struct Spring {
+    std::ptrdiff_t step;  // to the other end
+    Vector rest_mm;       // X_j - X_i
+    Real length_mm;
+  };
   Vector force_on(std::size_t element) const;
 
   const SpringProblem& problem_;
-  DenseSprings springs_;  // for which springs there are and what they are made of
+  DenseSprings springs_;                                  // for which springs there are
+  std::array<Spring, 2 * DenseSprings::kForward> kinds_;  // by bit of DenseSprings::springs_of()
+  std::vector<Real> stiffness_;                           // [id * count + id]
+  std::vector<Real> blend_;
   double alpha_ = 0.0;
   double epsilon_voxels_ = 0.0;
   std::vector<Vector> u_mm_;
