@@ -228,9 +228,14 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
   add_output(speed);
   auto& error =
       *command.add_subcommand("error", "Run time against error, beside other ways to do the same");
-  error.add_option("--stage", o.stage, "Of the deformation: chainmail")
+  error.add_option("--stage", o.stage, "Of the deformation: chainmail or relaxation")
       ->required()
       ->type_name("STAGE");
+  error.add_option("--elements", o.elements, "relaxation: of its scenes (default 100000 2000000)")
+      ->check(CLI::Range(std::int64_t{1000}, std::int64_t{20'000'000}))
+      ->type_name("N");
+  error.add_option("--head", o.head, "relaxation: a CT scan whose nose is pulled, facing -y")
+      ->type_name("VOLUME");
   add_output(error);
 }
 

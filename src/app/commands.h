@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/result.h"
 #include "core/spaces.h"
@@ -67,7 +68,9 @@ struct DemoOptions {
 };
 
 struct MeasureOptions {
-  std::string stage;  // of measure error
+  std::string stage;                   // of measure error
+  std::vector<std::int64_t> elements;  // of its scenes; empty: the stage's own choice
+  std::filesystem::path head;          // a scan with a nose; empty: the built-in head
   std::filesystem::path output;
 };
 

@@ -4,6 +4,7 @@
 #include "app/progress.h"
 #include "measure/chainmail_error_page.h"
 #include "measure/page.h"
+#include "measure/relaxation_error_page.h"
 #include "measure/speed_page.h"
 
 namespace maille {
@@ -40,20 +41,34 @@ Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOption
 }
 
 Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global) {
-  if (options.stage != "chainmail") {
-    return Error{ErrorKind::usage,
-                 "--stage: expected a stage that has a page, chainmail, got " + options.stage};
+  if (options.stage != "chainmail" && options.stage != "relaxation") {
+    return Error{
+        ErrorKind::usage,
+        "--stage: expected a stage that has a page, chainmail or relaxation, got " + options.stage};
   }
   if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
   Progress progress(!global.quiet);
-  ChainMailErrorOptions error;
+  const auto show = [&](const std::string& line) { progress.show(line); };
+  if (options.stage == "chainmail") {
+    ChainMailErrorOptions error;
+    error.threads = thread_counts(global);
+    error.seed = global.seed;
+    error.progress = show;
+    const auto report = measure_chainmail_error(error);
+    progress.clear();
+    if (!report) return report.error();
+    return hand_over(page_of(*report), options, "error_chainmail", global);
+  }
+  RelaxationErrorOptions error;
   error.threads = thread_counts(global);
   error.seed = global.seed;
-  error.progress = [&](const std::string& line) { progress.show(line); };
-  const auto report = measure_chainmail_error(error);
+  error.progress = error.folds.progress = show;
+  if (!options.elements.empty()) error.elements = options.elements;
+  if (!options.head.empty()) error.head = options.head;
+  const auto report = measure_relaxation_error(error);
   progress.clear();
   if (!report) return report.error();
-  return hand_over(page_of(*report), options, "error_chainmail", global);
+  return hand_over(page_of(*report), options, "error_relaxation", global);
 }
 
 }  // namespace maille
