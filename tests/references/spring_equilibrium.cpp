@@ -85,6 +85,7 @@ class Newton {
 
   void find_step() {
     const bool factorise = springs_.free_elements() <= options_.largest_factorised;
+    step_.assign(springs_.count(), glm::dvec3(0.0));  // where neither way finds one
     for (const bool positive : {false, true}) {
       springs_.linearise(u_, positive);
       const bool definite = factorise ? solve_by_factors(positive) : solve_by_cg();
