@@ -108,25 +108,41 @@ class Watch {
     row_.free_elements = springs_.free_elements();
   }
 
+  // The lattice is what is shown; u_voxels the state of the solver, which may have gone on to one
+  // that is not.
   void look(const Lattice& lattice, DisplacementField u_voxels) {
-    u_voxels_ = std::move(u_voxels);
-    for (const glm::dvec3& u : u_voxels_) {
+    for (const glm::dvec3& u : u_voxels) {
       row_.finite = row_.finite && std::isfinite(u.x + u.y + u.z);
     }
-    look_at_energy(lattice);
-    look_at_folds(lattice);
+    const auto u = fixed_point(lattice);
+    if (!row_.finite || !rounds_to(u_voxels, u)) return;
+    u_voxels_ = std::move(u_voxels);
+    look_at_energy(displacements_of(lattice));
+    look_at_folds(u);
     first_ = false;
   }
+  // Of the last state that was shown, unrounded.
   const DisplacementField& last() const { return u_voxels_; }
 
  private:
+  static bool rounds_to(const DisplacementField& u_voxels, const std::vector<glm::ivec3>& u) {
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const glm::dvec3 exact = u_voxels[i] * double{kUnitsPerVoxel};
+      const glm::dvec3 off = glm::abs(exact - glm::dvec3(u[i]));
+      // Half a unit, and what a float leaves open.
+      const glm::dvec3 most = 0.501 + 1e-6 * glm::abs(exact);
+      if (glm::any(glm::greaterThan(off, most))) return false;
+    }
+    return true;
+  }
+
   double energy_of(const DisplacementField& u_voxels) const {
     return springs_.energy(mm_of(u_voxels, problem_.spacing_mm));
   }
 
-  void look_at_energy(const Lattice& lattice) {
+  void look_at_energy(const DisplacementField& rounded_voxels) {
     const double energy = energy_of(u_voxels_);
-    const double published = energy_of(displacements_of(lattice));
+    const double published = energy_of(rounded_voxels);
     row_.finite = row_.finite && std::isfinite(energy);
     if (first_) {
       row_.energy_first = energy;
@@ -145,8 +161,7 @@ class Watch {
     published_ = published;
   }
 
-  void look_at_folds(const Lattice& lattice) {
-    const auto u = fixed_point(lattice);
+  void look_at_folds(const std::vector<glm::ivec3>& u) {
     const auto folded = dense_folds(problem_.size, u, problem_.removed);
     std::int64_t count = 0;
     std::int64_t fresh = 0;
@@ -161,6 +176,11 @@ class Watch {
     row_.folded_last = count;
     row_.folded_most = std::max(row_.folded_most, count);
     row_.newly_folded = std::max(row_.newly_folded, fresh);
+    if (getenv("DBG")) {
+      const auto mm = mm_of(u_voxels_, problem_.spacing_mm);
+      if (first_) dbg_ = mm;
+      fprintf(stderr, "   folded %ld fresh %ld turned unrounded %zu least J %g E %.9g\n", long(count), long(fresh), springs_.turning(dbg_, mm).size() / 4, springs_.least_determinant(mm), row_.energy_last);
+    }
   }
 
   const SpringProblem& problem_;
@@ -169,7 +189,7 @@ class Watch {
   bool first_ = true;
   DisplacementField u_voxels_;
   double published_ = 0.0;
-  std::vector<std::uint8_t> folded_first_;
+  std::vector<std::uint8_t> folded_first_; DisplacementField dbg_;
 };
 
 void relax(const Deformer& deformer, const StabilityOptions& options, WorkerPool& pool,
@@ -212,8 +232,8 @@ void compare(SpringProblem& problem, DisplacementField u_voxels, WorkerPool& poo
   problem.start_voxels = std::move(u_voxels);
   EquilibriumOptions options;
   options.tolerance_voxels = 1e-5;
-  options.most_newton_steps = 40;
-  options.most_cg_steps = 1000;
+  options.most_newton_steps = 25;
+  options.most_cg_steps = 300;
   const Equilibrium equilibrium = spring_equilibrium(problem, pool, options);
   row.reference_converged = equilibrium.converged;
   row.reference_stable = equilibrium.stable;

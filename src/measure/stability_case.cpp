@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kSoft = 0.2;     // slack, voxels
 constexpr double kStiff = 0.004;  // two units of the lattice
+constexpr double kLongest = 1e5;  // that a material may stretch
 
 std::string decade(const char* what, int exponent) {
   return std::string(what) + (exponent == 0 ? "1" : "1e" + std::to_string(exponent));
@@ -42,8 +43,8 @@ Material soft(double stiffness = 1.0) { return slack_material("soft", 0, kSoft, 
 Material wide(double give) {
   Material material = soft();
   material.compress = glm::dvec3(std::max(0.0, 1.0 - give));
-  material.stretch = glm::dvec3(1.0 + give);
-  material.shear = glm::dvec3(give);
+  material.stretch = glm::dvec3(std::min(1.0 + give, kLongest));
+  material.shear = glm::dvec3(std::min(give, kLongest));
   return material;
 }
 
