@@ -6,6 +6,7 @@
 #include "measure/page.h"
 #include "measure/relaxation_error_page.h"
 #include "measure/speed_page.h"
+#include "measure/stability_page.h"
 
 namespace maille {
 namespace {
@@ -69,6 +70,23 @@ Result<void> run_measure_error(const MeasureOptions& options, const GlobalOption
   progress.clear();
   if (!report) return report.error();
   return hand_over(page_of(*report), options, "error_relaxation", global);
+}
+
+Result<void> run_measure_stability(const MeasureOptions& options, const GlobalOptions& global) {
+  if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
+  Progress progress(!global.quiet);
+  StabilityOptions stability;
+  if (global.threads > 0) stability.threads = global.threads;
+  stability.seed = global.seed;
+  stability.edge = options.edge;
+  stability.groups = options.groups;
+  stability.progress = [&](const std::string& line) { progress.show(line); };
+  const auto report = measure_stability(stability);
+  progress.clear();
+  if (!report) return report.error();
+  if (auto done = hand_over(page_of(*report), options, "stability", global); !done) return done;
+  if ((*report).count(StabilityReport::Verdict::fails) == 0) return {};
+  return Error{ErrorKind::failed, "stability: " + (*report).summary()};
 }
 
 }  // namespace maille

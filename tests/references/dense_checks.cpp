@@ -10,9 +10,10 @@ namespace {
 
 // voxel: 1 voxel in the unit of u.
 template <class Vector>
-std::int64_t folded_cells(Size3 size, std::span<const Vector> u,
-                          typename Vector::value_type voxel) {
-  std::int64_t folded = 0;
+std::vector<std::uint8_t> folds(Size3 size, std::span<const Vector> u,
+                                typename Vector::value_type voxel,
+                                std::span<const std::uint8_t> removed) {
+  std::vector<std::uint8_t> folded(u.size(), 0);
   for (int z = 0; z + 1 < size.z; ++z) {
     for (int y = 0; y + 1 < size.y; ++y) {
       for (int x = 0; x + 1 < size.x; ++x) {
@@ -26,6 +27,12 @@ std::int64_t folded_cells(Size3 size, std::span<const Vector> u,
         if (rigid) continue;
         bool inside_out = false;
         for (int bits = 0; bits < 8; ++bits) {
+          bool whole = true;
+          for (int axis = 0; axis < 3 && !removed.empty(); ++axis) {
+            const std::size_t low = element_of(corner(bits & ~(1 << axis)), size);
+            whole = whole && !((removed[low] >> axis) & 1);
+          }
+          if (!whole) continue;
           const auto edge = [&](int axis) {
             const int low = bits & ~(1 << axis);
             const int high = bits | 1 << axis;
@@ -33,11 +40,15 @@ std::int64_t folded_cells(Size3 size, std::span<const Vector> u,
           };
           inside_out = inside_out || glm::determinant(glm::dmat3(edge(0), edge(1), edge(2))) <= 0.0;
         }
-        folded += inside_out;
+        folded[element_of({x, y, z}, size)] = inside_out;
       }
     }
   }
   return folded;
+}
+
+std::int64_t count(const std::vector<std::uint8_t>& flags) {
+  return std::count(flags.begin(), flags.end(), 1);
 }
 
 }  // namespace
@@ -49,6 +60,7 @@ DenseViolations dense_violations(const DenseProblem& problem, std::span<const gl
   for (std::size_t i = 0; i < u.size(); ++i) {
     for_each_neighbour(i, problem.size, [&](std::size_t j, int axis, int side) {
       if (side < 0) return;  // counted from the other end
+      if (link_removed(problem, i, j, axis, side)) return;
       const LinkBound& bound = bounds.of(axis, problem.ids[i], problem.ids[j]);
       const glm::ivec3 link = u[j] - u[i];
       const glm::ivec3 excess = glm::max(link - bound.upper, bound.lower - link);
@@ -62,11 +74,16 @@ DenseViolations dense_violations(const DenseProblem& problem, std::span<const gl
 }
 
 std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u) {
-  return folded_cells(size, u, kUnitsPerVoxel);
+  return count(folds(size, u, kUnitsPerVoxel, {}));
 }
 
 std::int64_t dense_folded_cells(Size3 size, std::span<const glm::dvec3> u_voxels) {
-  return folded_cells(size, u_voxels, 1.0);
+  return count(folds(size, u_voxels, 1.0, {}));
+}
+
+std::vector<std::uint8_t> dense_folds(Size3 size, std::span<const glm::ivec3> u,
+                                      std::span<const std::uint8_t> removed) {
+  return folds(size, u, kUnitsPerVoxel, removed);
 }
 
 }  // namespace maille

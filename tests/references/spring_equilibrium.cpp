@@ -85,6 +85,7 @@ class Newton {
 
   void find_step() {
     const bool factorise = springs_.free_elements() <= options_.largest_factorised;
+    step_.assign(springs_.count(), glm::dvec3(0.0));  // where neither way finds one
     for (const bool positive : {false, true}) {
       springs_.linearise(u_, positive);
       const bool definite = factorise ? solve_by_factors(positive) : solve_by_cg();
@@ -195,7 +196,8 @@ class Newton {
     for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
       full_step_ = halving == 0;
       add(u_, length, step_, u);
-      if (problem_.fold.rule == FoldRule::determinant && !options_.may_turn_corners) {
+      if ((problem_.fold.rule == FoldRule::determinant || problem_.fold.rule == FoldRule::square) &&
+          !options_.may_turn_corners) {
         full_step_ = keep_from_turning(u) && full_step_;
       }
       const double energy = springs_.energy(u);
