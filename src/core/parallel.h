@@ -5,9 +5,9 @@
 // worker that loses its core delays one item, not its share of the loop. Which worker takes which
 // index is not determined: results must not depend on it.
 //
-// A long piece of work that may have to make way runs on a guest: the same workers, under a flag that
-// ends its loops. Neither a flag of the pool itself (loops of others go on) nor one that every loop
-// would have to be told of.
+// A long piece of work that may have to make way runs on a guest: the same workers, under a flag
+// that ends its loops. Neither a flag of the pool itself (loops of others go on) nor one that every
+// loop would have to be told of.
 //
 // TBB is the road not taken: without an instrumented build of it the thread sanitizer reports races
 // that are none.
@@ -34,8 +34,8 @@ class WorkerPool {
  public:
   // threads >= 1 counts the calling thread; 0 asks for one a hardware thread.
   explicit WorkerPool(int threads = 0);
-  // A guest: host's workers, but once give_up is set for_each() throws Interrupted, from a loop that
-  // is on as soon as each worker is done with the index it has. Both must outlive the guest.
+  // A guest: host's workers, but once give_up is set for_each() throws Interrupted, from a loop
+  // that is on as soon as each worker is done with the index it has. Both must outlive the guest.
   WorkerPool(WorkerPool& host, const std::atomic<bool>& give_up)
       : host_(&host.host()), give_up_(&give_up) {}
   ~WorkerPool();
