@@ -71,6 +71,7 @@ void Relaxer::want_state(bool wanted) {
 
 std::optional<Result<Relaxer::Reached>> Relaxer::take() {
   const std::lock_guard lock(mutex_);
+  if (reached_state_ && !job_) status_.at_work = false;
   return std::exchange(reached_state_, std::nullopt);
 }
 
@@ -142,10 +143,7 @@ void Relaxer::leave(const Job& job, Result<Reached> what) {
   {
     const std::lock_guard lock(mutex_);
     if (job.given_up) return;
-    if (!what.ok() || (*what).finished) {
-      status_.at_work = false;
-      job_.reset();
-    }
+    if (!what.ok() || (*what).finished) job_.reset();
     reached_state_ = std::move(what);
     left_seconds_ = now_seconds();
   }

@@ -30,7 +30,7 @@ class Relaxer {
     bool finished = false;
   };
   struct Status {
-    bool at_work = false;
+    bool at_work = false;         // until what it has come to is taken
     RelaxationProgress progress;  // of the last cycle since start(); none yet: all 0
   };
 

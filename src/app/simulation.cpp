@@ -68,11 +68,11 @@ void Simulation::let_go() {
   ask([this]() -> Result<void> {
     if (!document_.deformer().in_stroke()) return {};
     if (dragged_) {
-      document_.deformer().end_stroke();
+      document_.deformer().end_stroke();  // and relaxation goes on
     } else {
       document_.deformer().cancel_stroke();
+      start_relaxing();
     }
-    if (!relaxer_.status().at_work) start_relaxing();
     return {};
   });
 }
@@ -232,6 +232,7 @@ void Simulation::fulfil(const Wish& wish) {
 Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
   if (!document_.deformer().in_stroke()) return {};
   relaxer_.give_up();
+  start_relaxing();
   dragged_ = true;
   const auto report = document_.deformer().drag_to(by_voxels, document_.pool());
   if (!report) return report.error();
@@ -241,8 +242,6 @@ Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
     s.clamped = report->clamped;
   });
   unpublished_ = true;
-  publish();
-  start_relaxing();
   return {};
 }
 
