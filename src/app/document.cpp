@@ -4,12 +4,15 @@
 #include <cmath>
 #include <utility>
 
+#include <unistd.h>
+
 #include "app/field.h"
 #include "app/paths.h"
 #include "core/stopwatch.h"
 #include "core/trace.h"
 #include "deform/cut_counts.h"
 #include "deform/violations.h"
+#include "material/spring_table.h"
 #include "volume/phantom.h"
 #include "volume/volume_file.h"
 
@@ -22,6 +25,12 @@ std::string text_of(Size3 size) {
 
 std::string in_file(const Scene& scene, const std::string& message) {
   return scene.file.empty() ? message : scene.file.string() + ": " + message;
+}
+
+constexpr std::int64_t kLeastForRelaxation_bytes = std::int64_t{256} << 20;
+
+std::int64_t physical_memory_bytes() {
+  return std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
 }
 
 std::string_view name_of(ResampleMethod method) {
@@ -81,7 +90,10 @@ Result<std::unique_ptr<Document>> Document::open(Scene scene, LoadedVolume loade
   if (plan.chainmail) document->statistics_.chainmail.emplace();
   if (plan.cut || plan.carve) document->statistics_.cuts.emplace();
   if (plan.undo) document->statistics_.undo.emplace();
-  if (plan.relaxation) document->statistics_.relaxation.emplace();
+  if (plan.relaxation) {
+    const MaterialTable& table = document->deformer_->materials().table();
+    document->statistics_.relaxation.emplace().stiffness_clamped = SpringTable::of(table).clamped();
+  }
   if (plan.resampling) {
     document->statistics_.resample.emplace().method = name_of(document->scene_.resampling);
   }
@@ -159,6 +171,13 @@ Result<TransferFunction> Document::transfer_function() {
   return TransferFunction::preset(name, range().lowest, range().highest);
 }
 
+std::int64_t Document::relaxation_memory_bytes() const {
+  if (const auto budget = options_.lattice_memory_bytes) {
+    return std::max<std::int64_t>(0, *budget - lattice().displacement_bytes());
+  }
+  return std::max(kLeastForRelaxation_bytes, physical_memory_bytes() / 4);
+}
+
 ViewUpdate Document::take_view() {
   ViewUpdate update;
   if (!plan_.resampling) return update;
@@ -213,6 +232,7 @@ Result<void> Document::relax(const RelaxAction& action) {
   const Stopwatch start;
   RelaxationOptions options;
   options.tolerance_voxels = action.until_voxels.value_or(scene_.relaxation.tolerance_voxels);
+  options.memory_bytes = relaxation_memory_bytes();
   Relaxation relaxation = deformer_->relax(pool_, options);
   const auto time_left = [&](std::int64_t iterations) {
     if (options_.deterministic) return iterations < kDeterministicIterations;
@@ -221,13 +241,13 @@ Result<void> Document::relax(const RelaxAction& action) {
   while (!relaxation.progress().finished() && time_left(relaxation.progress().iterations)) {
     relaxation.iterate();
   }
+  const RelaxationProgress& progress = relaxation.progress();
+  std::optional<double> finished_within_voxels;
+  if (progress.finished()) finished_within_voxels = options.tolerance_voxels;
   Lattice relaxed = relaxation.lattice();
-  if (!same_displacements(relaxed, lattice())) {
-    deformer_->mark_undo_step();
-    deformer_->adopt(std::move(relaxed));
-  }
+  if (!same_displacements(relaxed, lattice())) deformer_->mark_undo_step();
+  deformer_->adopt(std::move(relaxed), finished_within_voxels);
 
-  const auto& progress = relaxation.measure();
   auto& s = *statistics_.relaxation;
   if (s.iterations == 0) s.energy_first = progress.energy_first;
   s.iterations += progress.iterations;
@@ -235,7 +255,14 @@ Result<void> Document::relax(const RelaxAction& action) {
   s.seconds += start.seconds();
   s.converged = s.converged && progress.converged;
   s.residual_voxels.reset();
-  if (std::isfinite(progress.residual_voxels)) s.residual_voxels = progress.residual_voxels;
+  s.residual_rms_voxels.reset();
+  if (std::isfinite(progress.residual_voxels)) {
+    s.residual_voxels = progress.residual_voxels;
+    s.residual_rms_voxels = progress.residual_rms_voxels;
+  }
+  s.free_elements = progress.free_elements;
+  s.folded_corners = progress.folded_corners;
+  s.region_limited = s.region_limited || progress.region_limited;
   s.energy_last = progress.energy_last;
   s.energy_ever_rose = s.energy_ever_rose || progress.energy_ever_rose;
   return {};

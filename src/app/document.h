@@ -78,6 +78,10 @@ class Document {
   const Lattice& lattice() const { return deformer_->lattice(); }
   const Cuts& cuts() const { return deformer_->cuts(); }
 
+  // What a relaxation from the present state may take: what the lattice leaves of --lattice-memory;
+  // without one a quarter of the machine's memory.
+  std::int64_t relaxation_memory_bytes() const;
+
   // The state now, against the one handed out before (at first: against the untouched volume).
   ViewUpdate take_view();
 

@@ -118,6 +118,8 @@ void Headless::note_warnings() {
   }
   if (table == nullptr) return;
   for (const auto& warning : table->warnings()) note(warning);
+  const auto& relaxation = document_->statistics().relaxation;
+  if (relaxation && relaxation->stiffness_clamped) note(*relaxation->stiffness_clamped);
 }
 
 void Headless::note_dropped_steps() {
@@ -125,6 +127,18 @@ void Headless::note_dropped_steps() {
   noted_dropped_steps_ = true;
   note("the oldest undo steps are dropped to hold --undo-memory " +
        text_of_bytes(options_.document.undo_memory_bytes));
+}
+
+void Headless::note_limited_relaxation() {
+  const auto& relaxation = document_->statistics().relaxation;
+  if (noted_limited_relaxation_ || !relaxation || !relaxation->region_limited) return;
+  noted_limited_relaxation_ = true;
+  const auto budget = options_.document.lattice_memory_bytes;
+  note("relaxation moves " + std::to_string(relaxation->free_elements) + " of " +
+       std::to_string(voxel_count(document_->volume().size())) +
+       " elements, those around what was disturbed, and holds the others: " +
+       (budget ? "--lattice-memory " + text_of_bytes(*budget) + " leaves memory for no more"
+               : "a quarter of the machine's memory is enough for no more (--lattice-memory)"));
 }
 
 Result<void> Headless::show() {
@@ -227,6 +241,7 @@ Result<void> Headless::play() {
   for (std::size_t i = 0; i < scene.actions.size(); ++i) {
     if (auto done = play(i); !done) return in_action(scene, i, done.error());
     note_dropped_steps();
+    note_limited_relaxation();
   }
   return {};
 }

@@ -53,7 +53,8 @@ class Headless {
   Result<void> show();
   Result<void> write_frame();
   Result<void> play(std::size_t index);
-  void note_dropped_steps();  // once
+  void note_dropped_steps();       // once
+  void note_limited_relaxation();  // once
   Result<void> drag(const DragAction& action);
 
   HeadlessOptions options_;
@@ -64,6 +65,7 @@ class Headless {
   std::size_t frame_digits_ = 3;
   bool shown_ = false;  // the view shows the state now
   bool noted_dropped_steps_ = false;
+  bool noted_limited_relaxation_ = false;
 };
 
 // Makes a folder and those above it. Errors: file_system.

@@ -1,12 +1,11 @@
 #include "app/overlay.h"
 
-#include <cmath>
-
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_vulkan.h>
 #include <imgui.h>
 
 #include "app/bindings.h"
+#include "app/relaxation_text.h"
 
 namespace maille {
 namespace {
@@ -28,16 +27,7 @@ void status_panel(const OverlayContent& content) {
     ImGui::Text("ChainMail: %lld elements in %.1f ms%s", static_cast<long long>(s.elements_moved),
                 s.drag_ms, s.clamped ? ", held by an anchor" : "");
   }
-  if (s.relaxing) {
-    const std::string left = std::isfinite(s.residual_voxels)
-                                 ? ", about " + std::to_string(s.residual_voxels).substr(0, 4) +
-                                       " voxels from equilibrium"
-                                 : "";
-    ImGui::Text("relaxation%s: step %lld%s", s.paused ? " (paused)" : "",
-                static_cast<long long>(s.iterations), left.c_str());
-  } else if (s.converged) {
-    ImGui::Text("relaxation: at equilibrium (%.3f voxels)", s.residual_voxels);
-  }
+  for (const std::string& line : relaxation_text(s)) ImGui::TextUnformatted(line.c_str());
   if (s.pins > 0) ImGui::Text("%d pinned handle%s", s.pins, s.pins == 1 ? "" : "s");
   if (s.undo_steps_dropped > 0) {
     ImGui::Text("undo: the %lld oldest steps were dropped (--undo-memory)",

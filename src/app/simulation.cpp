@@ -1,7 +1,6 @@
 #include "app/simulation.h"
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 #include <new>
 #include <utility>
@@ -10,21 +9,20 @@
 #include "core/trace.h"
 
 namespace maille {
-namespace {
-
-// Longest stretch of relaxation between two looks at what is asked for.
-constexpr double kRelaxSlice_seconds = 0.008;
-// Rounding and resampling a state costs as much as relaxing on: show it at this pace.
-constexpr double kPublishPace_seconds = 0.1;
-
-double now_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
-
 Simulation::Simulation(Document& document, std::function<void()> wake)
-    : document_(document), wake_(std::move(wake)), thread_([this] { run(); }) {}
+    : document_(document),
+      wake_(std::move(wake)),
+      volume_elements_(voxel_count(document.volume().size())),
+      tolerance_voxels_(document.scene().relaxation.tolerance_voxels),
+      relaxer_(document.pool(),
+               [this] {
+                 {
+                   const std::lock_guard lock(mutex_);
+                   reached_ = true;
+                 }
+                 asked_.notify_one();
+               }),
+      thread_([this] { run(); }) {}
 
 Simulation::~Simulation() {
   {
@@ -58,9 +56,11 @@ void Simulation::drag_to(glm::dvec3 by_voxels) {
 
 void Simulation::grab(VoxelIndex element, double radius_voxels) {
   ask([=, this] {
-    stop_relaxing();
+    relaxer_.give_up();
     dragged_ = false;
-    return document_.deformer().begin_stroke(element, radius_voxels);
+    auto begun = document_.deformer().begin_stroke(element, radius_voxels);
+    if (!begun) start_relaxing();
+    return begun;
   });
 }
 
@@ -68,11 +68,11 @@ void Simulation::let_go() {
   ask([this]() -> Result<void> {
     if (!document_.deformer().in_stroke()) return {};
     if (dragged_) {
-      document_.deformer().end_stroke();
+      document_.deformer().end_stroke();  // and relaxation goes on
     } else {
       document_.deformer().cancel_stroke();
+      start_relaxing();
     }
-    if (!relaxation_) start_relaxing();
     return {};
   });
 }
@@ -89,7 +89,7 @@ void Simulation::cancel() {
 void Simulation::release_pins() {
   ask([this]() -> Result<void> {
     if (document_.deformer().in_stroke() || document_.deformer().handle_names().empty()) return {};
-    stop_relaxing();
+    relaxer_.give_up();
     document_.deformer().release_all();
     start_relaxing();
     return {};
@@ -113,7 +113,7 @@ void Simulation::redo() {
 }
 
 void Simulation::changed_at_once() {
-  relaxation_.reset();
+  relaxer_.give_up();
   unpublished_ = true;
   start_relaxing();
 }
@@ -123,7 +123,7 @@ void Simulation::set_materials(MaterialTable table) {
     if (document_.deformer().in_stroke()) {
       return Error{ErrorKind::usage, "materials cannot change during a drag"};
     }
-    stop_relaxing();
+    relaxer_.give_up();
     auto set = document_.deformer().set_materials(table);
     start_relaxing();
     return set;
@@ -132,19 +132,38 @@ void Simulation::set_materials(MaterialTable table) {
 
 void Simulation::pause_or_resume_relaxation() {
   ask([this]() -> Result<void> {
-    update_status([](SimulationStatus& s) { s.paused = !s.paused; });
+    bool paused = false;
+    update_status([&](SimulationStatus& s) { paused = s.paused = !s.paused; });
+    relaxer_.pause(paused);
     return {};
   });
 }
 
 std::optional<ViewUpdate> Simulation::take_view() {
-  std::lock_guard lock(mutex_);
-  return std::exchange(view_, std::nullopt);
+  std::optional<ViewUpdate> taken;
+  {
+    std::lock_guard lock(mutex_);
+    taken = std::exchange(view_, std::nullopt);
+  }
+  if (taken) relaxer_.want_state(true);
+  return taken;
 }
 
 SimulationStatus Simulation::status() const {
+  const Relaxer::Status relaxation = relaxer_.status();
+  const RelaxationProgress& progress = relaxation.progress;
   std::lock_guard lock(mutex_);
-  return status_;
+  SimulationStatus status = status_;
+  status.relaxing = relaxation.at_work;
+  status.converged = progress.converged;
+  status.at_float_limit = progress.at_float_limit;
+  status.residual_voxels = progress.residual_voxels;
+  status.residual_rms_voxels = progress.residual_rms_voxels;
+  status.iterations = progress.iterations;
+  status.free_elements = progress.free_elements;
+  status.region_limited = progress.region_limited;
+  status.volume_elements = volume_elements_;
+  return status;
 }
 
 template <class F>
@@ -159,9 +178,10 @@ void Simulation::run() {
     Wish wish;
     {
       std::unique_lock lock(mutex_);
-      const bool at_work = (relaxation_ && !status_.paused) || unpublished_;
-      const auto called = [&] { return stopping_ || !wishes_.empty() || drag_target_; };
-      if (!at_work) asked_.wait(lock, called);
+      const auto called = [&] {
+        return stopping_ || !wishes_.empty() || drag_target_ || reached_ || wants_to_relax_;
+      };
+      asked_.wait(lock, called);
       if (stopping_) return;
       if (!wishes_.empty()) {
         wish = std::move(wishes_.front());
@@ -169,13 +189,17 @@ void Simulation::run() {
       } else if (drag_target_) {
         wish = [this, by = *drag_target_] { return drag_now(by); };
         drag_target_.reset();
+      } else {
+        reached_ = false;
       }
     }
     try {
       if (wish) {
         fulfil(wish);
-      } else if (relaxation_) {
-        relax_for_a_moment();
+      } else if (auto reached = relaxer_.take()) {
+        adopt(*std::move(reached));
+      } else if (std::exchange(wants_to_relax_, false)) {
+        start_now();
       }
       if (unpublished_) publish();
     } catch (const std::bad_alloc&) {
@@ -188,12 +212,10 @@ void Simulation::run() {
 
 // The lattice is as the last finished step left it; relaxing on would only ask again.
 void Simulation::give_up(const std::string& reason) {
-  relaxation_.reset();
+  relaxer_.give_up();
+  wants_to_relax_ = false;
   unpublished_ = false;
-  update_status([&](SimulationStatus& s) {
-    s.refused = reason;
-    s.relaxing = false;
-  });
+  update_status([&](SimulationStatus& s) { s.refused = reason; });
   wake_();
 }
 
@@ -203,14 +225,14 @@ void Simulation::fulfil(const Wish& wish) {
     s.refused = done.ok() ? "" : done.error().message;
     s.pins = static_cast<int>(document_.deformer().handle_names().size());
     s.undo_steps_dropped = document_.undo_steps_dropped();
-    s.relaxing = relaxation_.has_value();
   });
   wake_();
 }
 
 Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
   if (!document_.deformer().in_stroke()) return {};
-  relaxation_.reset();
+  relaxer_.give_up();
+  start_relaxing();
   dragged_ = true;
   const auto report = document_.deformer().drag_to(by_voxels, document_.pool());
   if (!report) return report.error();
@@ -220,61 +242,36 @@ Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
     s.clamped = report->clamped;
   });
   unpublished_ = true;
-  publish();
-  start_relaxing();
   return {};
 }
 
-void Simulation::start_relaxing() {
-  update_status([](SimulationStatus& s) { s.converged = false; });
+// Once nothing else is asked: springs for a shape that is gone already would be wasted.
+void Simulation::start_relaxing() { wants_to_relax_ = true; }
+
+void Simulation::start_now() {
   if (!document_.plan().relaxation || document_.lattice().at_rest()) return;
-  // Another target may be waiting already: making springs for a shape that is gone is wasted.
-  {
-    std::lock_guard lock(mutex_);
-    if (drag_target_) return;
-  }
   RelaxationOptions options;
-  options.tolerance_voxels = document_.scene().relaxation.tolerance_voxels;
-  relaxation_.emplace(document_.deformer().relax(document_.pool(), options));
+  options.tolerance_voxels = tolerance_voxels_;
+  options.memory_bytes = document_.relaxation_memory_bytes();
+  relaxer_.start(document_.deformer().relaxation_start(options.tolerance_voxels), options);
 }
 
-void Simulation::stop_relaxing() {
-  if (!relaxation_) return;
-  document_.deformer().adopt(relaxation_->lattice());
-  relaxation_.reset();
+void Simulation::adopt(Result<Relaxer::Reached> reached) {
+  if (!reached) {
+    give_up(reached.error().message);
+    return;
+  }
+  std::optional<double> finished_within_voxels;
+  if (reached->finished) finished_within_voxels = tolerance_voxels_;
+  document_.deformer().adopt(std::move(reached->lattice), finished_within_voxels);
   unpublished_ = true;
-}
-
-void Simulation::relax_for_a_moment() {
-  const trace::Span span("relax");
-  const double begin = now_seconds();
-  const RelaxationProgress* progress = &relaxation_->progress();
-  while (!progress->finished() && now_seconds() - begin < kRelaxSlice_seconds) {
-    progress = &relaxation_->iterate();
-  }
-  const bool done = progress->finished();
-  update_status([&](SimulationStatus& s) {
-    s.relaxing = !done;
-    s.converged = progress->converged;
-    s.residual_voxels = progress->residual_voxels;
-    s.iterations = progress->iterations;
-  });
-  const bool taken = [&] {
-    std::lock_guard lock(mutex_);
-    return !view_.has_value();
-  }();
-  if (done) {
-    stop_relaxing();
-  } else if (taken && now_seconds() - last_publish_seconds_ > kPublishPace_seconds) {
-    document_.deformer().adopt(relaxation_->lattice());
-    unpublished_ = true;
-  }
 }
 
 void Simulation::publish() {
   ViewUpdate update = document_.take_view();
   unpublished_ = false;
-  last_publish_seconds_ = now_seconds();
+  // Before anybody can take it: who takes it wants the next one.
+  relaxer_.want_state(false);
   {
     std::lock_guard lock(mutex_);
     if (view_) {

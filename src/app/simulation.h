@@ -4,8 +4,9 @@
 // up: each a ViewUpdate of one whole step, merged with those nobody has taken yet. No lock is held
 // across a step of the work.
 //
-// A drag is answered at once; while nothing else is asked, relaxation goes on from what is shown,
-// the grabbed and pinned elements held, until it has converged.
+// A drag is answered at once; while nothing else is asked, relaxation goes on in a thread of its
+// own (relaxer.h) from what is shown, the grabbed and pinned elements held, until it has converged.
+// What changes the lattice otherwise gives it up where it is and starts from what was shown last.
 #pragma once
 
 #include <condition_variable>
@@ -18,6 +19,7 @@
 #include <thread>
 
 #include "app/document.h"
+#include "app/relaxer.h"
 
 namespace maille {
 
@@ -27,9 +29,16 @@ struct SimulationStatus {
   bool clamped = false;             // an anchor held the drag back
   bool relaxing = false;
   bool paused = false;
-  bool converged = false;        // the last relaxation
-  double residual_voxels = 0.0;  // estimated distance to equilibrium
+  // Of the relaxation that is on, or the last one until something is changed. Estimated distances
+  // to equilibrium, the largest and RMS: infinite where there is none yet.
+  bool converged = false;
+  bool at_float_limit = false;
+  double residual_voxels = 0.0;
+  double residual_rms_voxels = 0.0;
   std::int64_t iterations = 0;
+  std::int64_t free_elements = 0;    // 0: it is being set up
+  bool region_limited = false;       // by memory
+  std::int64_t volume_elements = 0;  // all there are
   int pins = 0;
   std::int64_t undo_steps_dropped = 0;  // to hold --undo-memory
   std::string refused;                  // why the last wish could not be done; empty: it could
@@ -66,17 +75,19 @@ class Simulation {
   void give_up(const std::string& reason);
   Result<void> drag_now(glm::dvec3 by_voxels);
   void changed_at_once();  // the lattice jumped: show it, and relax from there
-  void relax_for_a_moment();
   void start_relaxing();
-  void stop_relaxing();  // keeps what it has reached
+  void start_now();
+  void adopt(Result<Relaxer::Reached> reached);
   void publish();
   template <class F>
   void update_status(F&& change);
 
   Document& document_;
   std::function<void()> wake_;
-  std::optional<Relaxation> relaxation_;  // the simulation thread's, as is the document
-  double last_publish_seconds_ = 0.0;
+  const std::int64_t volume_elements_;
+  // The simulation thread's, as is the document.
+  double tolerance_voxels_;
+  bool wants_to_relax_ = false;  // as soon as nothing else is asked
   bool unpublished_ = false;
   bool dragged_ = false;  // since grab()
 
@@ -86,8 +97,10 @@ class Simulation {
   std::optional<glm::dvec3> drag_target_;  // after all wishes
   std::optional<ViewUpdate> view_;
   SimulationStatus status_;
+  bool reached_ = false;  // relaxer_ has something to take
   bool stopping_ = false;
 
+  Relaxer relaxer_;
   std::jthread thread_;
 };
 

@@ -50,10 +50,15 @@ Json section(const RunStatistics::Relaxation& s) {
               {"element_updates_per_second", rate(s.element_updates, s.seconds)},
               {"converged", s.converged},
               {"residual_known", s.residual_voxels.has_value()},
+              {"free_elements", s.free_elements},
+              {"folded_corners", s.folded_corners},
+              {"region_limited", s.region_limited},
               {"energy_first", s.energy_first},
               {"energy_last", s.energy_last},
               {"energy_ever_rose", s.energy_ever_rose}};
   if (s.residual_voxels) out["residual_voxels"] = *s.residual_voxels;
+  if (s.residual_rms_voxels) out["residual_rms_voxels"] = *s.residual_rms_voxels;
+  if (s.stiffness_clamped) out["stiffness_clamped"] = *s.stiffness_clamped;
   return out;
 }
 

@@ -53,9 +53,15 @@ struct RunStatistics {
     std::int64_t element_updates = 0;
     double seconds = 0.0;
     bool converged = true;
-    // Estimated distance to equilibrium at the end. nullopt when the iterations were too few to
-    // estimate it from: residual_voxels is then absent and residual_known false.
+    // Estimated distance to equilibrium at the end, the largest and RMS. nullopt when it is not
+    // known: both are then absent and residual_known is false.
     std::optional<double> residual_voxels = 0.0;
+    std::optional<double> residual_rms_voxels = 0.0;
+    std::int64_t free_elements = 0;   // of the last one
+    std::int64_t folded_corners = 0;  // at the end of it: what ChainMail left folded
+    bool region_limited = false;      // memory did not allow for all that would move
+    std::optional<std::string>
+        stiffness_clamped;  // a sentence: springs are not what the table says
     double energy_first = 0.0;
     double energy_last = 0.0;
     bool energy_ever_rose = false;

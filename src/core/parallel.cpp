@@ -23,21 +23,22 @@ WorkerPool::~WorkerPool() {
   threads_.clear();  // joins them, while there still is what they wait on
 }
 
-void WorkerPool::for_each(std::int64_t count, const std::function<void(std::int64_t, int)>& f) {
+void WorkerPool::loop(std::int64_t count, const std::function<void(std::int64_t, int)>& f,
+                      const std::atomic<bool>* give_up) {
+  // What has been given up keeps nobody waiting, not even for its turn.
+  if (give_up && give_up->load(std::memory_order_relaxed)) throw Interrupted();
   std::unique_lock lock(mutex_);
   const std::uint64_t turn = turns_given_++;
   turn_over_.wait(lock, [&] { return turn == turn_; });
+  body_ = &f;
+  body_gives_up_ = give_up;
+  count_ = count;
+  next_.store(0, std::memory_order_relaxed);
   if (threads_.empty() || count <= 1) {
-    body_ = &f;
-    count_ = count;
-    next_.store(0, std::memory_order_relaxed);
     lock.unlock();
     take_items(0);
     lock.lock();
   } else {
-    body_ = &f;
-    count_ = count;
-    next_.store(0, std::memory_order_relaxed);
     busy_ = static_cast<int>(threads_.size());
     ++loop_number_;
     lock.unlock();
@@ -59,6 +60,7 @@ void WorkerPool::take_items(int worker) {
     const std::int64_t index = next_.fetch_add(1, std::memory_order_relaxed);
     if (index >= count_) return;
     try {
+      if (body_gives_up_ && body_gives_up_->load(std::memory_order_relaxed)) throw Interrupted();
       (*body_)(index, worker);
     } catch (...) {
       next_.store(count_, std::memory_order_relaxed);  // nobody takes another

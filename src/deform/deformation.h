@@ -8,6 +8,7 @@
 
 #include "deform/anchors.h"
 #include "deform/cuts.h"
+#include "deform/disturbance.h"
 #include "deform/lattice.h"
 #include "material/material_table.h"
 
@@ -28,6 +29,7 @@ struct Deformation {
   Cuts cuts;
   Handles handles;
   std::shared_ptr<const MaterialTable> materials;
+  Disturbance disturbance;
 };
 
 }  // namespace maille

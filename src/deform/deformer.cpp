@@ -88,6 +88,7 @@ Result<void> Deformer::set_materials(MaterialTable table) {
   if (stroke_) return Error{ErrorKind::usage, "materials cannot change during a drag"};
   const Deformation before = now_;
   now_.materials = std::make_shared<const MaterialTable>(std::move(table));
+  now_.disturbance.box = moved_box(now_.lattice);
   use_materials();
   record_step(before);
   return {};
@@ -159,6 +160,7 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
   // The answer to the last position is let go before the next one is made: a stroke is a function
   // of its start and the drag, so it can be made again, and never are there three states at once.
   now_.lattice = stroke_->before.lattice;
+  now_.disturbance = stroke_->before.disturbance;
   try {
     const ChainMailAnswer answer = solve(by, pool);
     stroke_->by = by;
@@ -191,6 +193,7 @@ ChainMailAnswer Deformer::solve(glm::ivec3 by, WorkerPool& pool) {
     if (auto fits = memory_->check(start, answer.lattice); !fits) throw Failure(fits.error());
     memory_->take_in(start, answer.lattice);
   }
+  now_.disturbance.box = united(now_.disturbance.box, difference_box(start, answer.lattice));
   now_.lattice = std::move(answer.lattice);
   return answer;
 }
@@ -272,6 +275,8 @@ void Deformer::take_over(Cuts cuts) {
   if (!changed) return;
   const Deformation before = now_;
   now_.cuts = std::move(cuts);
+  now_.disturbance.box =
+      united(now_.disturbance.box, difference_box(before.cuts, now_.cuts, now_.lattice));
   record_step(before);
 }
 
@@ -286,6 +291,7 @@ Result<void> Deformer::release(const std::string& name) {
                                        (known.empty() ? "there are none" : "there are " + known)};
   }
   const Deformation before = now_;
+  let_loose((*found)->elements);
   now_.handles.erase(found);
   record_step(before);
   return {};
@@ -294,8 +300,14 @@ Result<void> Deformer::release(const std::string& name) {
 void Deformer::release_all() {
   if (stroke_ || now_.handles.empty()) return;
   const Deformation before = now_;
+  for (const auto& handle : now_.handles) let_loose(handle->elements);
   now_.handles.clear();
   record_step(before);
+}
+
+// What was held may move, and pulls at what is around it.
+void Deformer::let_loose(const ElementSet& elements) {
+  now_.disturbance.box = united(now_.disturbance.box, box_of(elements, now_.lattice.grid()));
 }
 
 std::vector<std::string> Deformer::handle_names() const {
@@ -312,15 +324,36 @@ ElementSet Deformer::pinned_elements() const {
   return pinned;
 }
 
-Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
+ElementSet Deformer::held_elements() const {
   ElementSet held = pinned_elements();
   if (stroke_) held.insert(stroke_->handle.elements);
-  return Relaxation(now_.lattice, materials_, now_.cuts, held, anchors_, pool, options);
+  return held;
 }
 
-void Deformer::adopt(Lattice relaxed) {
+std::optional<VoxelBox> Deformer::disturbed(double tolerance_voxels) const {
+  if (tolerance_voxels < now_.disturbance.elsewhere_voxels) return std::nullopt;
+  return now_.disturbance.box;
+}
+
+RelaxationStart Deformer::relaxation_start(double tolerance_voxels) const {
+  return {now_.lattice,    materials_, now_.cuts,
+          held_elements(), anchors_,   disturbed(tolerance_voxels)};
+}
+
+Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
+  return Relaxation(now_.lattice, materials_, now_.cuts, held_elements(), anchors_, pool, options,
+                    disturbed(options.tolerance_voxels));
+}
+
+void Deformer::adopt(Lattice relaxed, std::optional<double> finished_within_voxels) {
   if (memory_) memory_->take_in(now_.lattice, relaxed);
   const Lattice before = std::exchange(now_.lattice, std::move(relaxed));
+  if (finished_within_voxels) {
+    now_.disturbance = {VoxelBox{}, *finished_within_voxels};
+  } else {
+    // A region that grows moves what nothing had disturbed.
+    now_.disturbance.box = united(now_.disturbance.box, difference_box(before, now_.lattice));
+  }
   // A stroke that is on becomes one step as a whole.
   if (stroke_) return;
   if (history_) history_->extend(before, now_);

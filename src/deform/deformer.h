@@ -57,6 +57,22 @@ struct DeformerOptions {
   std::optional<std::int64_t> lattice_memory_bytes = std::nullopt;
 };
 
+// All that a relaxation starts from. Its own copy (pointers, but for what is held), so that the
+// deformer may go on while another thread relaxes.
+struct RelaxationStart {
+  Lattice lattice;
+  MaterialField materials;
+  Cuts cuts;
+  ElementSet held;
+  AnchorRules anchors;
+  std::optional<VoxelBox> disturbed;  // none: all that has moved
+
+  // This must outlive it.
+  Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const {
+    return Relaxation(lattice, materials, cuts, held, anchors, pool, options, disturbed);
+  }
+};
+
 class Deformer {
  public:
   Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
@@ -99,10 +115,13 @@ class Deformer {
   void release_all();
   std::vector<std::string> handle_names() const;
 
-  // Starts relaxing the lattice as it is now; adopt() takes a state of it over, as a part of the
-  // undo step before, and throws Failure where the scratch file fails.
+  // Starts relaxing the lattice as it is now, where it has been disturbed since it was last that
+  // near to equilibrium; the first form goes on while this is used otherwise, the second may not.
+  RelaxationStart relaxation_start(double tolerance_voxels) const;
   Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const;
-  void adopt(Lattice relaxed);
+  // Takes a state of such a relaxation over, as a part of the undo step before. finished_within:
+  // the relaxation's tolerance, once it has finished. Throws Failure where the scratch file fails.
+  void adopt(Lattice relaxed, std::optional<double> finished_within_voxels = std::nullopt);
   // Call before the first adopt() of a relaxation that should be an undo step of its own.
   void mark_undo_step();
 
@@ -122,9 +141,12 @@ class Deformer {
   };
 
   ElementSet pinned_elements() const;
+  ElementSet held_elements() const;
+  std::optional<VoxelBox> disturbed(double tolerance_voxels) const;
   ChainMailAnswer solve(glm::ivec3 by, WorkerPool& pool);
   Result<void> check_ball(const char* action, glm::dvec3 center, double radius) const;
   void take_over(Cuts cuts);
+  void let_loose(const ElementSet& elements);
   void record_step(const Deformation& before);
   bool walk(bool (History::*step)(Deformation&));
   void use_materials();  // of the present state

@@ -48,6 +48,7 @@ void History::record(const Deformation& before, const Deformation& now) {
   step.cuts = replaced(before.cuts, now.cuts);
   if (before.handles != now.handles) step.handles = before.handles;
   if (before.materials != now.materials) step.materials = before.materials;
+  step.disturbance = before.disturbance;
   count_bytes(step, now);
   push(undo_, std::move(step));
 }
@@ -90,6 +91,7 @@ History::Step History::take(const Step& step, Deformation& now) {
   back.cuts = exchange(step.cuts, now.cuts);
   if (step.handles) back.handles = std::exchange(now.handles, *step.handles);
   if (step.materials) back.materials = std::exchange(now.materials, step.materials);
+  back.disturbance = std::exchange(now.disturbance, step.disturbance);
   count_bytes(back, now);
   return back;
 }

@@ -50,6 +50,7 @@ class History {
     std::vector<Cuts::Change> cuts;
     std::optional<Handles> handles;
     std::shared_ptr<const MaterialTable> materials;  // null: the same
+    Disturbance disturbance;
     std::int64_t bytes = 0;
   };
 

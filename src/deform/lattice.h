@@ -28,6 +28,8 @@ class Lattice : public BrickTable<LatticeBrick> {
 
   std::int64_t brick_count() const;  // bricks that hold elements
   std::int64_t bytes() const;        // of these, also where other lattices share them
+  // Of their displacements, in memory or put aside: the same whatever other threads have read.
+  std::int64_t displacement_bytes() const;
   bool at_rest() const { return empty(); }
 };
 

@@ -134,18 +134,15 @@ ChainMailError::Relaxed relax(Deformer& deformer, const ChainMailErrorOptions& o
                               WorkerPool& pool, Displacements& u) {
   ChainMailError::Relaxed relaxed;
   const Stopwatch start;
-  Relaxation relaxation = deformer.relax(pool, {});
-  while (!relaxation.progress().finished() &&
-         relaxation.progress().iterations < options.relaxation_iterations) {
-    relaxation.iterate();
-  }
+  RelaxationOptions to_equilibrium;
+  to_equilibrium.tolerance_voxels = options.relaxed_within_voxels;
+  Relaxation relaxation = deformer.relax(pool, to_equilibrium);
+  while (!relaxation.progress().finished()) relaxation.iterate();
   relaxed.seconds = start.seconds();
   const RelaxationProgress& progress = relaxation.progress();
   relaxed.iterations = progress.iterations;
   relaxed.converged = progress.converged;
-  if (std::isfinite(progress.residual_voxels)) {
-    relaxed.residual_voxels = progress.residual_voxels;
-  }
+  relaxed.residual_voxels = progress.residual_voxels;
   u = dense(relaxation.lattice());
   relaxed.folded_cells = dense_folded_cells(deformer.lattice().grid().volume_size(), u);
   return relaxed;

@@ -3,14 +3,12 @@
 //
 // Three distances tell how good a ChainMail answer is: links outside their limits (what the method
 // promises not to have), the distance to the exact answer (by plain Dijkstra, the unique least
-// movement), and the distance to the state that relaxation leads to from there. That state is an
-// equilibrium only where relaxation converged: elsewhere it comes with the relaxation's own
-// estimate of how far it still is.
+// movement), and the distance to the equilibrium that relaxation leads to from there, known as well
+// as the relaxation's own estimate says.
 #pragma once
 
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,7 +25,7 @@ struct ChainMailErrorOptions {
   int reference_runs = 3;          // they take seconds
   int edge = 64;                   // of the cubes with made-up materials, voxels
   int head_edge = 128;
-  std::int64_t relaxation_iterations = 1000;  // at most; the plain relaxation needs thousands
+  double relaxed_within_voxels = 0.001;
   std::uint64_t seed = 1;
   std::function<void(const std::string&)> progress = [](const std::string&) {};
 };
@@ -47,11 +45,11 @@ struct ChainMailError {
     double rms_to_relaxed_voxels = 0.0;
     double max_to_relaxed_voxels = 0.0;
   };
-  // The exact answer relaxed by the product, as far as it got.
+  // The exact answer relaxed by the product until it has converged, or floats allow no more.
   struct Relaxed {
     std::int64_t iterations = 0;
     bool converged = false;
-    std::optional<double> residual_voxels;  // estimated distance still to go, where it is known
+    double residual_voxels = 0.0;  // estimated distance still to go, the largest
     std::int64_t folded_cells = 0;
     double seconds = 0.0;
   };

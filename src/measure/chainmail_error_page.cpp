@@ -43,9 +43,8 @@ std::string json_text(const ChainMailError& report) {
     Json relaxed = {{"iterations", scene.relaxed.iterations},
                     {"converged", scene.relaxed.converged},
                     {"seconds", scene.relaxed.seconds},
-                    {"folded_cells", scene.relaxed.folded_cells}};
-    relaxed["residual_voxels"] =
-        scene.relaxed.residual_voxels ? Json(*scene.relaxed.residual_voxels) : Json();
+                    {"folded_cells", scene.relaxed.folded_cells},
+                    {"residual_voxels", scene.relaxed.residual_voxels}};
     Json orders = Json::array();
     for (const Order& order : scene.orders) orders.push_back(order_json(scene, order));
     out["scenes"].push_back(Json{{"scene", scene.name},
@@ -113,14 +112,11 @@ std::string table_text(const ChainMailError& report) {
                   scene.size.y, scene.size.z, scene.moved_voxels.x, scene.moved_voxels.y,
                   scene.moved_voxels.z);
     const auto& relaxed = scene.relaxed;
-    out +=
-        "\n" + scene.title + heading + text_table(rows) +
-        "relaxed: " + std::to_string(relaxed.iterations) + " sweeps from the exact answer, " +
-        (relaxed.converged ? "converged, " : "NOT at equilibrium, ") +
-        (relaxed.residual_voxels ? "by its own estimate " +
-                                       fixed_number(*relaxed.residual_voxels, 2) + " voxels from it"
-                                 : std::string("how far from it is not known")) +
-        ", " + std::to_string(relaxed.folded_cells) + " folded cells\n";
+    out += "\n" + scene.title + heading + text_table(rows) +
+           "relaxed: " + std::to_string(relaxed.iterations) + " cycles from the exact answer, " +
+           (relaxed.converged ? "converged" : "as near to equilibrium as floats allow") +
+           ", by its own estimate within " + fixed_number(relaxed.residual_voxels, 4) +
+           " voxels, " + std::to_string(relaxed.folded_cells) + " folded cells\n";
   }
   return out;
 }
@@ -175,25 +171,17 @@ plot::Panel panel_of(const ChainMailError& report, const Measure& measure) {
 // How much the last panel is worth.
 std::string relaxation_note(const ChainMailError& report) {
   std::size_t converged = 0;
-  std::int64_t sweeps = 0;
-  double least = INFINITY;
+  std::int64_t cycles = 0;
   double most = 0.0;
   for (const Scene& scene : report.scenes) {
     converged += scene.relaxed.converged;
-    sweeps = std::max(sweeps, scene.relaxed.iterations);
-    if (!scene.relaxed.residual_voxels) continue;
-    least = std::min(least, *scene.relaxed.residual_voxels);
-    most = std::max(most, *scene.relaxed.residual_voxels);
+    cycles = std::max(cycles, scene.relaxed.iterations);
+    most = std::max(most, scene.relaxed.residual_voxels);
   }
-  std::string note = "relaxation: at most " + std::to_string(sweeps) +
-                     " sweeps from the exact answer, at equilibrium in " +
-                     std::to_string(converged) + " of " + std::to_string(report.scenes.size()) +
-                     " scenes";
-  if (least <= most) {
-    note += "; by its own estimate " + fixed_number(least, 2) + " to " + fixed_number(most, 2) +
-            " voxels from it";
-  }
-  return note;
+  return "relaxation: at most " + std::to_string(cycles) +
+         " cycles from the exact answer, converged in " + std::to_string(converged) + " of " +
+         std::to_string(report.scenes.size()) + " scenes, by its own estimate within " +
+         fixed_number(most, 4) + " voxels of equilibrium";
 }
 
 std::string svg_text(const ChainMailError& report) {
@@ -207,7 +195,7 @@ std::string svg_text(const ChainMailError& report) {
        [](const Scene& s, const Order& o) { return 100.0 * violated_share(s, o); }},
       {"Distance to the exact answer", "RMS distance [voxels]",
        [](const Scene&, const Order& o) { return o.rms_to_exact_voxels; }},
-      {"Distance to where relaxation leads", "RMS distance [voxels]",
+      {"Distance to the equilibrium of the springs", "RMS distance [voxels]",
        [](const Scene&, const Order& o) { return o.rms_to_relaxed_voxels; }}};
   for (const Measure& measure : measures) page.panels.push_back(panel_of(report, measure));
   page.notes.push_back(relaxation_note(report));

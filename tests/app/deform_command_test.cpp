@@ -240,7 +240,89 @@ TEST(DeformCommand, StatisticsTellCopiesFromResampledBricks) {
   EXPECT_GE(resample["copied_voxels"], 32 * 40 * 38);
   EXPECT_GT(resample["copy_seconds"], 0.0);
   EXPECT_EQ(stats["relaxation"]["iterations"], 0);
-  EXPECT_EQ(stats["relaxation"]["residual_known"], false);
+  EXPECT_EQ(stats["relaxation"]["converged"], false);
+  EXPECT_GT(stats["relaxation"]["free_elements"], 0);
+  EXPECT_FALSE(stats["relaxation"].contains("stiffness_clamped"));
+}
+
+// Between drag and save, on the volume of smooth_volume({40, 40, 40}).
+nlohmann::json relaxed(const Folder& folder, const std::string& table, const std::string& actions,
+                       std::vector<std::string> words = {}, std::string* said = nullptr) {
+  EXPECT_TRUE(write_volume(folder / "in.nrrd", smooth_volume({40, 40, 40})).ok());
+  write_file(folder / "scene.json",
+             R"({"volume": {"file": "in.nrrd"}, "materials": {"table": [)" + table +
+                 R"(]}, "actions": [{"drag": {"from": {"voxel": [20, 20, 20]}, "radius_voxels": 3,
+                    "by_voxels": [3, 1, 0], "name": "a"}}, )" + actions + "]}");
+  words.insert(words.begin(), {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--stats",
+                               folder("stats.json"), "--deterministic"});
+  const auto run = run_maille(words);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  if (said) *said = run.err;
+  return nlohmann::json::parse(read_file(folder / "stats.json"))["relaxation"];
+}
+
+const char* const kSoft = R"({"values": [0, 1000], "compress": 0.6, "stretch": 1.5, "shear": 0.2})";
+
+TEST(DeformCommand, ARelaxationConvergesAndSaysHowNear) {
+  const Folder folder;
+  std::string said;
+  const auto stats = relaxed(folder, kSoft, R"({"relax": {"until_voxels": 0.01}})", {}, &said);
+  EXPECT_EQ(stats["converged"], true);
+  EXPECT_LE(stats["residual_voxels"], 0.01);
+  EXPECT_GT(stats["residual_voxels"], 0.0);
+  EXPECT_LT(stats["residual_rms_voxels"], stats["residual_voxels"]);
+  EXPECT_GT(stats["iterations"], 0);
+  EXPECT_LT(stats["energy_last"], stats["energy_first"]);
+  EXPECT_EQ(stats["energy_ever_rose"], false);
+  EXPECT_EQ(stats["region_limited"], false);
+  EXPECT_EQ(said.find("lattice-memory"), std::string::npos) << said;
+}
+
+TEST(DeformCommand, AnEquilibriumIsNotLookedForTwiceButAFinerOneIs) {
+  const Folder folder;
+  const std::string rough = R"({"relax": {"until_voxels": 0.1}})";
+  const std::string fine = R"({"relax": {"until_voxels": 0.005}})";
+  const auto once = relaxed(folder, kSoft, rough);
+  const auto twice = relaxed(folder, kSoft, rough + "," + rough);
+  EXPECT_EQ(twice["iterations"], once["iterations"]);
+  const auto finer = relaxed(folder, kSoft, rough + "," + fine + "," + rough);
+  EXPECT_GT(finer["iterations"], once["iterations"]);
+  EXPECT_EQ(finer["converged"], true);
+  // What was let go is no equilibrium any more.
+  const auto released = relaxed(folder, kSoft, rough + R"(,{"release": {"name": "a"}},)" + rough);
+  EXPECT_GT(released["iterations"], once["iterations"]);
+  EXPECT_EQ(released["converged"], true);
+}
+
+TEST(DeformCommand, ARelaxationThatMemoryLimitsSaysSo) {
+  const Folder folder;
+  std::string said;
+  const auto stats =
+      relaxed(folder, kSoft, R"({"relax": {}}, {"relax": {}})", {"--lattice-memory", "1600K"},
+              &said);
+  EXPECT_EQ(stats["region_limited"], true);
+  EXPECT_GT(stats["free_elements"], 0);
+  EXPECT_LT(stats["free_elements"], 38 * 38 * 38);
+  const std::string note = "maille: note: relaxation moves " +
+                           std::to_string(stats["free_elements"].get<int>()) + " of 64000 elements";
+  const auto first = said.find(note);
+  ASSERT_NE(first, std::string::npos) << said;
+  EXPECT_NE(said.find("--lattice-memory 1.6 MiB", first), std::string::npos) << said;
+  EXPECT_EQ(said.find("note: relaxation moves", first + 1), std::string::npos) << said;
+}
+
+TEST(DeformCommand, StiffnessThatSpringsDoNotTakeAsItStandsIsNamed) {
+  const Folder folder;
+  std::string said;
+  const auto stats = relaxed(
+      folder,
+      R"({"values": [0, 500], "compress": 0.6, "stretch": 1.5, "shear": 0.2},
+         {"values": [500, 1000], "name": "steel", "compress": 0.9, "stretch": 1.1, "shear": 0.1,
+          "stiffness": 1e7})",
+      R"({"relax": {}})", {}, &said);
+  ASSERT_TRUE(stats.contains("stiffness_clamped"));
+  EXPECT_NE(stats["stiffness_clamped"].get<std::string>().find("steel"), std::string::npos);
+  EXPECT_NE(said.find(stats["stiffness_clamped"].get<std::string>()), std::string::npos) << said;
 }
 
 TEST(DeformCommand, ATraceIsWritten) {

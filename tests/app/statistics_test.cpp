@@ -34,7 +34,9 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
                                   "violated_links", "worst_violation_voxels", "drag_clamped"});
   expect_keys(json["relaxation"],
               {"iterations", "element_updates", "seconds", "converged", "residual_voxels",
-               "residual_known", "energy_first", "energy_last", "energy_ever_rose"});
+               "residual_known", "residual_rms_voxels", "free_elements", "folded_corners",
+               "region_limited", "energy_first", "energy_last", "energy_ever_rose"});
+  EXPECT_FALSE(json["relaxation"].contains("stiffness_clamped"));
   expect_keys(json["resample"], {"method", "voxels", "seconds", "folded_cells", "unfilled_voxels"});
   expect_keys(json["upload"], {"bricks", "bytes", "seconds"});
   expect_keys(json["frames"], {"count", "median_ms", "gpu_ms"});
@@ -71,9 +73,11 @@ TEST(Statistics, AResidualThatNobodyCouldEstimateIsNotInvented) {
   EXPECT_EQ(relaxation["residual_known"], true);
   EXPECT_EQ(relaxation["residual_voxels"], 0.25);
   s.relaxation->residual_voxels.reset();
+  s.relaxation->residual_rms_voxels.reset();
   relaxation = nlohmann::json::parse(to_json(s))["relaxation"];
   EXPECT_EQ(relaxation["residual_known"], false);
   EXPECT_FALSE(relaxation.contains("residual_voxels"));
+  EXPECT_FALSE(relaxation.contains("residual_rms_voxels"));
 }
 
 TEST(Statistics, TheStrokeThatTookMostIsTheOneThatCounts) {

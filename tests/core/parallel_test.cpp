@@ -93,6 +93,75 @@ TEST_P(Pool, WhoAsksForOneLoopIsNotKeptOutByWhoLoopsOnAndOn) {
   EXPECT_LE(overtaken[10], 1);
 }
 
+TEST_P(Pool, AGuestUsesTheWorkersOfItsHost) {
+  WorkerPool host(GetParam());
+  const std::atomic<bool> give_up{false};
+  WorkerPool guest(host, give_up);
+  WorkerPool guest_of_guest(guest, give_up);
+  EXPECT_EQ(guest.thread_count(), GetParam());
+  EXPECT_EQ(guest_of_guest.thread_count(), GetParam());
+  std::vector<std::atomic<int>> calls(1000);
+  guest.for_each(1000, [&](std::int64_t index, int) { ++calls[static_cast<std::size_t>(index)]; });
+  guest_of_guest.for_each(
+      1000, [&](std::int64_t index, int) { ++calls[static_cast<std::size_t>(index)]; });
+  for (const auto& n : calls) ASSERT_EQ(n, 2);
+}
+
+TEST_P(Pool, AGuestThatIsGivenUpHandsOutNoMore) {
+  WorkerPool host(GetParam());
+  std::atomic<bool> give_up{false};
+  WorkerPool guest(host, give_up);
+  std::atomic<int> begun_late{0};
+  EXPECT_THROW(guest.for_each(1000000,
+                              [&](std::int64_t index, int) {
+                                if (give_up) ++begun_late;
+                                if (index == 10) give_up = true;
+                              }),
+               Interrupted);
+  // What each of the others had in hand when the flag went up.
+  EXPECT_LE(begun_late, GetParam() - 1);
+  int calls = 0;
+  EXPECT_THROW(guest.for_each(5, [&](std::int64_t, int) { ++calls; }), Interrupted);
+  EXPECT_THROW(guest.for_each(0, [&](std::int64_t, int) { ++calls; }), Interrupted);
+  EXPECT_EQ(calls, 0);
+  // The host's own loops, and other guests', mind nothing of it.
+  const std::atomic<bool> go_on{false};
+  WorkerPool other(host, go_on);
+  std::atomic<int> others_calls{0};
+  host.for_each(100, [&](std::int64_t, int) { ++others_calls; });
+  other.for_each(100, [&](std::int64_t, int) { ++others_calls; });
+  EXPECT_EQ(others_calls, 200);
+}
+
+TEST_P(Pool, WhoAsksIsServedWhenTheGuestIsGivenUp) {
+  WorkerPool host(GetParam());
+  std::atomic<bool> give_up{false};
+  std::atomic<bool> begun{false};
+  std::atomic<std::int64_t> done{0};
+  constexpr std::int64_t kMany = std::int64_t{1} << 40;  // longer than anybody waits
+  bool interrupted = false;
+  {
+    std::jthread slow([&] {
+      WorkerPool guest(host, give_up);
+      try {
+        guest.for_each(kMany, [&](std::int64_t, int) {
+          begun = true;
+          ++done;
+        });
+      } catch (const Interrupted&) {
+        interrupted = true;
+      }
+    });
+    while (!begun) std::this_thread::yield();
+    give_up = true;
+    int mine = 0;
+    host.for_each(1, [&](std::int64_t, int) { ++mine; });
+    EXPECT_EQ(mine, 1);
+  }
+  EXPECT_TRUE(interrupted);
+  EXPECT_LT(done, kMany);
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, Pool, testing::Values(1, 2, 8));
 
 TEST(WorkerPool, ZeroAsksForOneAHardwareThread) {
