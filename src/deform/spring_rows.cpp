@@ -24,7 +24,7 @@ struct Inputs {
 };
 
 // A direction from the state.
-struct Along {
+struct Way {
   const float* x;
   const float* y;
   const float* z;
@@ -109,15 +109,15 @@ template <bool kMixed, bool kBlends, bool kCut>
 
 template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld>
 [[gnu::always_inline]] inline SpringSums add_up_sums(const Inputs& inputs, const Springs& springs,
-                                                     const std::int64_t* steps, const Along& along,
+                                                     const std::int64_t* steps, const Way& way,
                                                      const std::uint8_t* free) {
   const Inputs in = inputs;
   const float* const u_x = in.u_x;
   const float* const u_y = in.u_y;
   const float* const u_z = in.u_z;
-  const float* const d_x = along.x;
-  const float* const d_y = along.y;
-  const float* const d_z = along.z;
+  const float* const d_x = way.x;
+  const float* const d_y = way.y;
+  const float* const d_z = way.z;
   const float one = 1.0f / in.one_compliance;
   float energy[kLongestRun + kLanes] = {};
   float curvature[kLongestRun + kLanes] = {};
@@ -146,9 +146,9 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld>
     }
     const std::uint32_t bit = std::uint32_t{1} << s;
     for (int x = 0; x < in.count; ++x) {
-      const float du_x = in.u_x[x] - in.u_x[x + j];
-      const float du_y = in.u_y[x] - in.u_y[x + j];
-      const float du_z = in.u_z[x] - in.u_z[x + j];
+      const float du_x = u_x[x] - other_x[x];
+      const float du_y = u_y[x] - other_y[x];
+      const float du_z = u_z[x] - other_z[x];
       const float p_x = rest_x + du_x;
       const float p_y = rest_y + du_y;
       const float p_z = rest_z + du_z;
@@ -277,26 +277,26 @@ void forces_cut(const Inputs& in, const Springs& springs, const std::int64_t* st
 
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_plain(const Inputs& in, const Springs& springs, const std::int64_t* steps,
-                      const Along& along, const std::uint8_t* free) {
-  if (!free) return add_up_sums<false, false, false, false>(in, springs, steps, along, free);
-  return add_up_sums<false, false, false, true>(in, springs, steps, along, free);
+                      const Way& way, const std::uint8_t* free) {
+  if (!free) return add_up_sums<false, false, false, false>(in, springs, steps, way, free);
+  return add_up_sums<false, false, false, true>(in, springs, steps, way, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_mixed(const Inputs& in, const Springs& springs, const std::int64_t* steps,
-                      const Along& along, const std::uint8_t* free) {
-  return add_up_sums<true, false, false, true>(in, springs, steps, along, free);
+                      const Way& way, const std::uint8_t* free) {
+  return add_up_sums<true, false, false, true>(in, springs, steps, way, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_blended(const Inputs& in, const Springs& springs, const std::int64_t* steps,
-                        const Along& along, const std::uint8_t* free) {
-  return add_up_sums<true, true, false, true>(in, springs, steps, along, free);
+                        const Way& way, const std::uint8_t* free) {
+  return add_up_sums<true, true, false, true>(in, springs, steps, way, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_cut(const Inputs& in, const Springs& springs, const std::int64_t* steps,
-                    const Along& along, const std::uint8_t* free) {
-  if (!in.compliance) return add_up_sums<false, false, true, true>(in, springs, steps, along, free);
-  if (!in.blend) return add_up_sums<true, false, true, true>(in, springs, steps, along, free);
-  return add_up_sums<true, true, true, true>(in, springs, steps, along, free);
+                    const Way& way, const std::uint8_t* free) {
+  if (!in.compliance) return add_up_sums<false, false, true, true>(in, springs, steps, way, free);
+  if (!in.blend) return add_up_sums<true, false, true, true>(in, springs, steps, way, free);
+  return add_up_sums<true, true, true, true>(in, springs, steps, way, free);
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS
@@ -335,7 +335,7 @@ void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& force
 
 SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVectors& direction) {
   const Inputs in = inputs_of(box, run);
-  const Along d{&direction[0][run.first], &direction[1][run.first], &direction[2][run.first]};
+  const Way d{&direction[0][run.first], &direction[1][run.first], &direction[2][run.first]};
   const bool no_held = run.with_free_around && run.kind == RowKind::plain;
   const std::uint8_t* const free = no_held ? nullptr : box.free_flags() + run.first;
   if (in.missing) return sums_cut(in, box.springs(), box.steps(), d, free);

@@ -132,6 +132,9 @@ std::pair<std::string, std::string> names_of(const FoldEnergy& energy) {
     return {"limit_springs_" + weight, "limits as springs of " + weight + " k"};
   }
   const std::string reach = fixed_number(energy.reach, 2);
+  if (energy.rule == FoldRule::square) {
+    return {"square_" + reach + "_" + weight, "Maille's: square " + reach + ", weight " + weight};
+  }
   std::string name = "barrier_" + reach + "_" + weight;
   std::string title = "barrier " + reach + ", weight " + weight;
   if (energy.straight_below != kBarrier.straight_below) {
@@ -322,13 +325,13 @@ std::vector<FoldEnergy> default_energies() {
   for (const double weight : {1.0, 4.0, 16.0}) {
     energies.push_back({FoldRule::limits, 0.0, weight, kBarrier.straight_below});
   }
-  for (const double reach : {0.1, 0.3}) {
+  energies.push_back(kRelaxationFold);
+  for (const double reach : {0.1, 0.2, 0.3}) {
     energies.push_back({FoldRule::determinant, reach, 1.0, kBarrier.straight_below});
   }
-  for (const double weight : {0.1, 1.0, 10.0}) {
+  for (const double weight : {0.1, 10.0}) {
     energies.push_back({FoldRule::determinant, 0.2, weight, kBarrier.straight_below});
   }
-  energies.push_back({FoldRule::determinant, 0.2, 1.0, 0.05});
   return energies;
 }
 

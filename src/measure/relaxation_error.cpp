@@ -138,10 +138,10 @@ class ProductSolver {
   void iterate() { relaxation_.iterate(); }
   bool finished() const { return relaxation_.progress().finished(); }
   std::int64_t iterations() const { return relaxation_.progress().iterations; }
-  DisplacementField displacements_voxels() { return displacements_of(relaxation_.lattice()); }
+  DisplacementField displacements_voxels() const { return relaxation_.displacements_voxels(); }
   std::optional<double> estimate_voxels() const {
     const double estimate = relaxation_.progress().residual_voxels;
-    return iterations() > 0 && std::isfinite(estimate) ? std::optional(estimate) : std::nullopt;
+    return std::isfinite(estimate) ? std::optional(estimate) : std::nullopt;
   }
 
  private:
@@ -191,8 +191,7 @@ Result<RelaxationError::Scene> measure_scene(const RelaxationScene& scene,
 
   RelaxationOptions product;
   product.tolerance_voxels = options.tolerance_voxels;
-  SpringProblem problem = spring_problem_of(deformer, std::span(&drag.grab, 1), scene.anchors,
-                                            product.rest_vector_blend);
+  SpringProblem problem = spring_problem_of(deformer, std::span(&drag.grab, 1), scene.anchors);
   problem.fold = options.fold;
   out.folded_at_start = dense_folded_cells(problem.size, problem.start_voxels);
 

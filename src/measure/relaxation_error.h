@@ -18,6 +18,7 @@
 #include "measure/fold_study.h"
 #include "measure/machine.h"
 #include "measure/relaxation_scene.h"
+#include "measure/spring_scene.h"
 #include "references/spring_equilibrium.h"
 
 namespace maille {
@@ -29,7 +30,7 @@ struct RelaxationErrorOptions {
                  // than most_seconds in all
   double most_seconds = 20.0;      // of one solver in one scene, on its own clock
   double tolerance_voxels = 5e-4;  // of the product's solver: it is measured until it says so
-  FoldEnergy fold;                 // that the product's solver keeps cells from folding with
+  FoldEnergy fold = kRelaxationFold;
   EquilibriumOptions equilibrium;
   FoldStudyOptions folds;
   std::optional<std::filesystem::path> head;  // a scan with a nose; none: the built-in head

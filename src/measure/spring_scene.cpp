@@ -8,7 +8,8 @@
 namespace maille {
 
 SpringProblem spring_problem_of(const Deformer& deformer, std::span<const Grab> pinned,
-                                const AnchorRules& anchors, double rest_vector_blend) {
+                                const AnchorRules& anchors,
+                                std::optional<double> rest_vector_blend) {
   const MaterialField& field = deformer.materials();
   const Cuts& cuts = deformer.cuts();
   SpringProblem problem;

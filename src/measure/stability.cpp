@@ -24,7 +24,7 @@ constexpr double kEnergyRounding = 1e-6;
 constexpr double kFirstEnergyRounding = 1e-10;
 
 // Relaxation's rule against folding, as the issue of it has it; written down here again.
-constexpr FoldEnergy kFoldRule{FoldRule::square, 0.3, 1.0, 0.0};
+constexpr FoldEnergy kFoldRule = kRelaxationFold;
 
 std::vector<glm::ivec3> fixed_point(const Lattice& lattice) {
   const Size3 size = lattice.grid().volume_size();
@@ -179,7 +179,9 @@ class Watch {
     if (getenv("DBG")) {
       const auto mm = mm_of(u_voxels_, problem_.spacing_mm);
       if (first_) dbg_ = mm;
-      fprintf(stderr, "   folded %ld fresh %ld turned unrounded %zu least J %g E %.9g\n", long(count), long(fresh), springs_.turning(dbg_, mm).size() / 4, springs_.least_determinant(mm), row_.energy_last);
+      fprintf(stderr, "   folded %ld fresh %ld turned unrounded %zu least J %g E %.9g\n",
+              long(count), long(fresh), springs_.turning(dbg_, mm).size() / 4,
+              springs_.least_determinant(mm), row_.energy_last);
     }
   }
 
@@ -189,7 +191,8 @@ class Watch {
   bool first_ = true;
   DisplacementField u_voxels_;
   double published_ = 0.0;
-  std::vector<std::uint8_t> folded_first_; DisplacementField dbg_;
+  std::vector<std::uint8_t> folded_first_;
+  DisplacementField dbg_;
 };
 
 void relax(const Deformer& deformer, const StabilityOptions& options, WorkerPool& pool,
@@ -254,12 +257,8 @@ Result<Row> measure_case(const StabilityCase& asked, const StabilityOptions& opt
   Deformer deformer(asked.volume, *std::move(table), asked.anchors);
   if (auto dragged = drag(asked, deformer, pool, row); !dragged) return dragged.error();
 
-  SpringProblem problem = spring_problem_of(deformer, asked.grabs, asked.anchors, 0.0);
+  SpringProblem problem = spring_problem_of(deformer, asked.grabs, asked.anchors);
   const MaterialTable& materials = deformer.materials().table();
-  for (std::size_t m = 0; m < problem.materials.size(); ++m) {
-    problem.materials[m].rest_vector_blend =
-        double{materials.rest_vector_blend(static_cast<MaterialId>(m))};
-  }
   problem.fold = kFoldRule;
   hold_loose_pieces(problem, pool);
   if (asked.start.empty()) {

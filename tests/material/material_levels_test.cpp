@@ -44,7 +44,7 @@ Numbers numbers_of(const Material& m) {
     out[6 + i] = m.shear[c];
   }
   out[9] = std::log(m.stiffness);
-  out[10] = m.rest_vector_blend;
+  out[10] = m.rest_vector_blend.value();
   out[11] = m.yield_strain ? 1.0 / (1.0 + *m.yield_strain) : 0.0;
   return out;
 }

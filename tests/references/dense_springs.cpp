@@ -55,7 +55,7 @@ Eigen::Vector3d eigen_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 }  // namespace
 
 std::vector<SpringMaterial> spring_materials(std::span<const Material> materials,
-                                             double rest_vector_blend) {
+                                             std::optional<double> rest_vector_blend) {
   double stiffest = 0.0;
   for (const Material& m : materials) {
     if (!m.rigid) stiffest = std::max(stiffest, m.stiffness);
@@ -63,7 +63,8 @@ std::vector<SpringMaterial> spring_materials(std::span<const Material> materials
   if (stiffest == 0.0) stiffest = 1.0;  // all rigid: only ratios matter
   std::vector<SpringMaterial> springs;
   for (const Material& m : materials) {
-    springs.push_back({m.rigid ? kWidestGap * stiffest : m.stiffness, rest_vector_blend, m.compress,
+    springs.push_back({m.rigid ? kWidestGap * stiffest : m.stiffness,
+                       rest_vector_blend.value_or(m.rest_vector_blend.value_or(0.25)), m.compress,
                        m.stretch, m.shear});
   }
   std::vector<std::size_t> order(springs.size());

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -37,8 +38,9 @@ struct SpringMaterial {
 
 // Materials as springs know them: a gap of more than 1000 between two stiffnesses that follow each
 // other is narrowed to 1000, and rigid ones are 1000 times stiffer than the stiffest that is not.
-std::vector<SpringMaterial> spring_materials(std::span<const Material> materials,
-                                             double rest_vector_blend);
+// Blends are the materials' own, or one for all.
+std::vector<SpringMaterial> spring_materials(
+    std::span<const Material> materials, std::optional<double> rest_vector_blend = std::nullopt);
 
 enum class FoldRule {
   none,
