@@ -252,7 +252,8 @@ nlohmann::json relaxed(const Folder& folder, const std::string& table, const std
   write_file(folder / "scene.json",
              R"({"volume": {"file": "in.nrrd"}, "materials": {"table": [)" + table +
                  R"(]}, "actions": [{"drag": {"from": {"voxel": [20, 20, 20]}, "radius_voxels": 3,
-                    "by_voxels": [3, 1, 0], "name": "a"}}, )" + actions + "]}");
+                    "by_voxels": [3, 1, 0], "name": "a"}}, )" +
+                 actions + "]}");
   words.insert(words.begin(), {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--stats",
                                folder("stats.json"), "--deterministic"});
   const auto run = run_maille(words);
@@ -297,9 +298,8 @@ TEST(DeformCommand, AnEquilibriumIsNotLookedForTwiceButAFinerOneIs) {
 TEST(DeformCommand, ARelaxationThatMemoryLimitsSaysSo) {
   const Folder folder;
   std::string said;
-  const auto stats =
-      relaxed(folder, kSoft, R"({"relax": {}}, {"relax": {}})", {"--lattice-memory", "1600K"},
-              &said);
+  const auto stats = relaxed(folder, kSoft, R"({"relax": {}}, {"relax": {}})",
+                             {"--lattice-memory", "1600K"}, &said);
   EXPECT_EQ(stats["region_limited"], true);
   EXPECT_GT(stats["free_elements"], 0);
   EXPECT_LT(stats["free_elements"], 38 * 38 * 38);
@@ -314,12 +314,11 @@ TEST(DeformCommand, ARelaxationThatMemoryLimitsSaysSo) {
 TEST(DeformCommand, StiffnessThatSpringsDoNotTakeAsItStandsIsNamed) {
   const Folder folder;
   std::string said;
-  const auto stats = relaxed(
-      folder,
-      R"({"values": [0, 500], "compress": 0.6, "stretch": 1.5, "shear": 0.2},
+  const auto stats = relaxed(folder,
+                             R"({"values": [0, 500], "compress": 0.6, "stretch": 1.5, "shear": 0.2},
          {"values": [500, 1000], "name": "steel", "compress": 0.9, "stretch": 1.1, "shear": 0.1,
           "stiffness": 1e7})",
-      R"({"relax": {}})", {}, &said);
+                             R"({"relax": {}})", {}, &said);
   ASSERT_TRUE(stats.contains("stiffness_clamped"));
   EXPECT_NE(stats["stiffness_clamped"].get<std::string>().find("steel"), std::string::npos);
   EXPECT_NE(said.find(stats["stiffness_clamped"].get<std::string>()), std::string::npos) << said;

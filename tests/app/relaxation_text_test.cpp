@@ -20,9 +20,7 @@ SimulationStatus relaxing() {
   return s;
 }
 
-TEST(RelaxationText, NothingWhereNothingHasRelaxed) {
-  EXPECT_EQ(relaxation_text({}), Lines{});
-}
+TEST(RelaxationText, NothingWhereNothingHasRelaxed) { EXPECT_EQ(relaxation_text({}), Lines{}); }
 
 TEST(RelaxationText, SaysHowFarItStillIs) {
   SimulationStatus s = relaxing();

@@ -229,8 +229,7 @@ TEST(Simulation, AnySessionEndsAtTheEquilibriumOfItsLastState) {
           case 8:
             simulation.grab({8 + below(20), 8 + below(18), 8 + below(17)}, 2);
             [[fallthrough]];
-          default:
-            simulation.drag_to({below(7) - 3.0, below(7) - 3.0, below(7) - 3.0});
+          default: simulation.drag_to({below(7) - 3.0, below(7) - 3.0, below(7) - 3.0});
         }
         if (below(3) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(below(8)));
       }
@@ -255,9 +254,9 @@ TEST(Simulation, AnySessionEndsAtTheEquilibriumOfItsLastState) {
     for (int z = 0; z < 33; ++z) {
       for (int y = 0; y < 34; ++y) {
         for (int x = 0; x < 36; ++x) {
-          furthest = std::max(
-              furthest, glm::length(alone.lattice().displacement_voxels({x, y, z}) -
-                                    document->lattice().displacement_voxels({x, y, z})));
+          furthest =
+              std::max(furthest, glm::length(alone.lattice().displacement_voxels({x, y, z}) -
+                                             document->lattice().displacement_voxels({x, y, z})));
         }
       }
     }

@@ -94,8 +94,8 @@ TEST(AlignedArray, NoMoreThanTheBoundIsKept) {
 }
 
 TEST(AlignedArray, LargeOnesAreMappedAndGivenBack) {
-  for (const std::size_t bytes : {kLargeBytes - 1, kLargeBytes, kLargeBytes + 1,
-                                  3 * kLargeBytes + 4097}) {
+  for (const std::size_t bytes :
+       {kLargeBytes - 1, kLargeBytes, kLargeBytes + 1, 3 * kLargeBytes + 4097}) {
     std::vector<AlignedArray<std::uint8_t>> arrays;
     for (std::uint8_t n = 0; n < 40; ++n) {
       arrays.push_back(make_aligned_array<std::uint8_t>(bytes));
