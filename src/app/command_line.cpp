@@ -16,6 +16,7 @@
 #include "app/document.h"
 #include "core/failure.h"
 #include "core/trace.h"
+#include "measure/stability_case.h"
 #include "volume/phantom.h"
 
 namespace maille {
@@ -230,10 +231,27 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
   add_output(speed);
   auto& error =
       *command.add_subcommand("error", "Run time against error, beside other ways to do the same");
-  error.add_option("--stage", o.stage, "Of the deformation: chainmail")
+  error.add_option("--stage", o.stage, "Of the deformation: chainmail or relaxation")
       ->required()
       ->type_name("STAGE");
+  error.add_option("--elements", o.elements, "relaxation: of its scenes (default 100000 2000000)")
+      ->check(CLI::Range(std::int64_t{1000}, std::int64_t{20'000'000}))
+      ->type_name("N");
+  error.add_option("--head", o.head, "relaxation: a CT scan whose nose is pulled, facing -y")
+      ->type_name("VOLUME");
   add_output(error);
+  auto& stability = *command.add_subcommand(
+      "stability",
+      "Whether a drag or its relaxation ever goes wrong: stiffness, limits, drags, spacings, thin "
+      "and cut and folded volumes, each to its ends; exit code 1 where it does");
+  stability.add_option("--groups", o.groups, "Of the cases, divided by commas (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(stability_groups()))
+      ->type_name("NAME,...");
+  stability.add_option("--edge", o.edge, "Of the blocks, voxels (default 20)")
+      ->check(CLI::Range(8, 64).description(""))
+      ->type_name("N");
+  add_output(stability);
 }
 
 int say(const Error& error) {
@@ -260,9 +278,10 @@ Result<void> run(const CLI::App& app, const Words& words) {
   if (name == "info") return run_info(words.info, words.global);
   if (name == "phantom") return run_phantom(words.phantom, words.global);
   if (name == "measure") {
-    const bool speed = commands[0]->get_subcommands()[0]->get_name() == "speed";
-    return speed ? run_measure_speed(words.measure, words.global)
-                 : run_measure_error(words.measure, words.global);
+    const auto page = commands[0]->get_subcommands()[0]->get_name();
+    if (page == "speed") return run_measure_speed(words.measure, words.global);
+    if (page == "error") return run_measure_error(words.measure, words.global);
+    return run_measure_stability(words.measure, words.global);
   }
   return run_demo(words.demo, words.global);
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/result.h"
 #include "core/spaces.h"
@@ -67,7 +68,11 @@ struct DemoOptions {
 };
 
 struct MeasureOptions {
-  std::string stage;  // of measure error
+  std::string stage;                   // of measure error
+  std::vector<std::int64_t> elements;  // of its scenes; empty: the stage's own choice
+  std::filesystem::path head;          // a scan with a nose; empty: the built-in head
+  std::vector<std::string> groups;       // of measure stability; empty: all
+  int edge = 20;                    // of its blocks, voxels
   std::filesystem::path output;
 };
 
@@ -85,6 +90,8 @@ Result<void> run_demo(const DemoOptions& options, const GlobalOptions& global);
 Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOptions& global);
 // Errors: usage (a stage that has no page, the message lists those that have).
 Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global);
+// Errors: failed where the promise does not hold, when all is written.
+Result<void> run_measure_stability(const MeasureOptions& options, const GlobalOptions& global);
 Result<void> run_window_command(const WindowCommandOptions& options, const GlobalOptions& global);
 Result<void> list_devices();
 

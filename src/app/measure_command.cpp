@@ -4,7 +4,9 @@
 #include "app/progress.h"
 #include "measure/chainmail_error_page.h"
 #include "measure/page.h"
+#include "measure/relaxation_error_page.h"
 #include "measure/speed_page.h"
+#include "measure/stability_page.h"
 
 namespace maille {
 namespace {
@@ -40,20 +42,51 @@ Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOption
 }
 
 Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global) {
-  if (options.stage != "chainmail") {
-    return Error{ErrorKind::usage,
-                 "--stage: expected a stage that has a page, chainmail, got " + options.stage};
+  if (options.stage != "chainmail" && options.stage != "relaxation") {
+    return Error{
+        ErrorKind::usage,
+        "--stage: expected a stage that has a page, chainmail or relaxation, got " + options.stage};
   }
   if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
   Progress progress(!global.quiet);
-  ChainMailErrorOptions error;
+  const auto show = [&](const std::string& line) { progress.show(line); };
+  if (options.stage == "chainmail") {
+    ChainMailErrorOptions error;
+    error.threads = thread_counts(global);
+    error.seed = global.seed;
+    error.progress = show;
+    const auto report = measure_chainmail_error(error);
+    progress.clear();
+    if (!report) return report.error();
+    return hand_over(page_of(*report), options, "error_chainmail", global);
+  }
+  RelaxationErrorOptions error;
   error.threads = thread_counts(global);
   error.seed = global.seed;
-  error.progress = [&](const std::string& line) { progress.show(line); };
-  const auto report = measure_chainmail_error(error);
+  error.progress = error.folds.progress = show;
+  if (!options.elements.empty()) error.elements = options.elements;
+  if (!options.head.empty()) error.head = options.head;
+  const auto report = measure_relaxation_error(error);
   progress.clear();
   if (!report) return report.error();
-  return hand_over(page_of(*report), options, "error_chainmail", global);
+  return hand_over(page_of(*report), options, "error_relaxation", global);
+}
+
+Result<void> run_measure_stability(const MeasureOptions& options, const GlobalOptions& global) {
+  if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
+  Progress progress(!global.quiet);
+  StabilityOptions stability;
+  if (global.threads > 0) stability.threads = global.threads;
+  stability.seed = global.seed;
+  stability.edge = options.edge;
+  stability.groups = options.groups;
+  stability.progress = [&](const std::string& line) { progress.show(line); };
+  const auto report = measure_stability(stability);
+  progress.clear();
+  if (!report) return report.error();
+  if (auto done = hand_over(page_of(*report), options, "stability", global); !done) return done;
+  if ((*report).count(StabilityReport::Verdict::fails) == 0) return {};
+  return Error{ErrorKind::failed, "stability: " + (*report).summary()};
 }
 
 }  // namespace maille

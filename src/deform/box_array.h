@@ -4,6 +4,7 @@
 // the room at the ends is zero and theirs to read.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/aligned_array.h"
@@ -31,6 +32,11 @@ class BoxArray {
       const std::size_t begin = static_cast<std::size_t>(i) * kPiece;
       std::memset(&values_[begin], 0, std::min(kPiece, all - begin) * sizeof(T));
     });
+  }
+
+  // Of an array of the same extent.
+  void take_values_of(const BoxArray& other) {
+    std::memcpy(values_.get(), other.values_.get(), (count_ + 2 * room_) * sizeof(T));
   }
 
   explicit operator bool() const { return static_cast<bool>(values_); }

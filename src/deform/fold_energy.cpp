@@ -9,8 +9,8 @@ FoldEnergy::FoldEnergy(const SpringBox& box)
     : box_(box),
       steps_{box.step(0), box.step(2), box.step(4)},
       springs_{0, 2, 4},
-      area_mm2_(std::cbrt(std::pow(
-          box.spacing_mm().x * box.spacing_mm().y * box.spacing_mm().z, 2.0))) {}
+      area_mm2_(
+          std::cbrt(std::pow(box.spacing_mm().x * box.spacing_mm().y * box.spacing_mm().z, 2.0))) {}
 
 std::array<std::int64_t, 4> FoldEnergy::elements_of(const CellCorner& corner) const {
   const std::int64_t e = corner.element;
@@ -33,6 +33,7 @@ bool FoldEnergy::counts(const CellCorner& corner) const {
     free = free || box_.is_free(elements[static_cast<std::size_t>(axis + 1)]);
   }
   if (!free) return false;
+  if (!box_.may_lack_springs()) return true;
   for (int axis = 0; axis < 3; ++axis) {
     const std::size_t a = static_cast<std::size_t>(axis);
     const std::int64_t lower = std::min(elements[0], elements[a + 1]);
@@ -54,10 +55,10 @@ glm::dmat3 FoldEnergy::edges_of(const CellCorner& corner, const BoxVectors& dire
   glm::dmat3 edges;
   for (int axis = 0; axis < 3; ++axis) {
     const double sign = (corner.signs >> axis) & 1 ? -1.0 : 1.0;
-    edges[axis] = sign *
-                  (at(direction, elements[static_cast<std::size_t>(axis + 1)]) -
-                   at(direction, elements[0])) /
-                  box_.spacing_mm();
+    edges[axis] =
+        sign *
+        (at(direction, elements[static_cast<std::size_t>(axis + 1)]) - at(direction, elements[0])) /
+        box_.spacing_mm();
   }
   return edges;
 }
@@ -70,11 +71,8 @@ double FoldEnergy::determinant(const CellCorner& corner) const {
   return glm::determinant(edges(corner));
 }
 
-glm::dmat3 FoldEnergy::cofactors(const glm::dmat3& e) {
-  return {glm::cross(e[1], e[2]), glm::cross(e[2], e[0]), glm::cross(e[0], e[1])};
-}
-
 double FoldEnergy::kappa(const CellCorner& corner) const {
+  if (!box_.compliances()) return area_mm2_ / double{box_.one_compliance()};
   const auto elements = elements_of(corner);
   double sum = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -107,8 +105,7 @@ void FoldEnergy::add_forces(const CellCorner& corner, BoxVectors& forces) const 
   const double strength = -kappa(corner) * penalty.slope / kFoldReach;
   for (const std::int64_t element : elements_of(corner)) {
     if (!box_.is_free(element)) continue;
-    const glm::dvec3 force =
-        strength * (by_edges * shares(corner, element)) / box_.spacing_mm();
+    const glm::dvec3 force = strength * (by_edges * shares(corner, element)) / box_.spacing_mm();
     for (int c = 0; c < 3; ++c) {
       forces[static_cast<std::size_t>(c)][element] += static_cast<float>(force[c]);
     }
@@ -129,9 +126,8 @@ double FoldEnergy::curvature(const CellCorner& corner, const BoxVectors& directi
     first += glm::dot(cofactors_e[a], d[a]);
     second += glm::dot(cofactors_d[a], e[a]);
   }
-  return kappa(corner) *
-         (penalty.curvature * first * first / (kFoldReach * kFoldReach) +
-          2.0 * penalty.slope * second / kFoldReach);
+  return kappa(corner) * (penalty.curvature * first * first / (kFoldReach * kFoldReach) +
+                          2.0 * penalty.slope * second / kFoldReach);
 }
 
 }  // namespace maille

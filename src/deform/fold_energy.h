@@ -80,7 +80,9 @@ class FoldEnergy {
   // Columns: edge a over the spacing along a, in units of the cell at rest; row c: component c.
   glm::dmat3 edges(const CellCorner& corner) const;
   glm::dmat3 edges_of(const CellCorner& corner, const BoxVectors& direction) const;
-  static glm::dmat3 cofactors(const glm::dmat3& edges);
+  static glm::dmat3 cofactors(const glm::dmat3& e) {
+    return {glm::cross(e[1], e[2]), glm::cross(e[2], e[0]), glm::cross(e[0], e[1])};
+  }
 
   double kappa(const CellCorner& corner) const;
   double energy(const CellCorner& corner) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+
 #include <limits>
 
 #include "core/trace.h"
@@ -17,7 +18,23 @@ constexpr double kNear = 1.05 * kFoldReach;
 // No step may leave less than this of what an open corner had, or of its reach.
 constexpr double kLeft = 0.3;
 constexpr double kLeftByElement = 0.2;
+// Nor take an open corner below this. The energy of a corner is finite, so hard enough a pull has
+// its least beyond J = 0; without a floor J would shrink by a share a step until rounding folds it.
+constexpr double kLeastOpen = 0.01;
 constexpr int kMostSweeps = 20;
+// Of elements in all sweeps of one step, unless two sweeps take more: far from equilibrium many are
+// near folding that will not be for long.
+constexpr std::size_t kMostMoves = 20'000;
+
+// The least J that a step may leave of an open corner.
+double least_left(double was, double share) {
+  return std::max(share * std::min(was, kFoldReach), std::min(was, kLeastOpen));
+}
+
+// Whether it leaves too little of a corner.
+bool closes(double was, double now, double share) {
+  return now < share * kFoldReach && was > 0.0 && now < least_left(was, share);
+}
 
 struct SpringHere {
   std::int64_t other = 0;
@@ -27,8 +44,11 @@ struct SpringHere {
   double blend = 0.0;
 };
 
+// J is straight in the position of any one of its four elements: an edge that it ends changes with
+// it, and where all three do, what they change by is one and the same direction.
 struct CornerHere {
-  CellCorner corner;
+  std::array<std::int64_t, 4> elements{};
+  glm::dvec3 signs{1};
   glm::dvec3 shares{0};
   double kappa = 0.0;
 };
@@ -58,10 +78,11 @@ FoldGuard::FoldGuard(SpringBox& box, WorkerPool& pool)
       pool_(pool),
       folds_(box),
       rows_(static_cast<std::size_t>(box.extent().y) * static_cast<std::size_t>(box.extent().z)) {
-  find_bent(find_near(), {});
+  find_bent(find_near(0.0), {});
 }
 
-std::vector<CellCorner> FoldGuard::find_near() {
+std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
+  travelled_voxels_ += furthest_voxels;
   const trace::Span span("cells near folding");
   const Size3 extent = box_.extent();
   std::vector<std::vector<CellCorner>> found(static_cast<std::size_t>(extent.z));
@@ -105,7 +126,31 @@ std::vector<CellCorner> FoldGuard::find_near() {
   return near;
 }
 
-void FoldGuard::advance(const BoxVectors& direction, double step, double furthest_voxels) {
+double FoldGuard::advance(const BoxVectors& direction, double step, double furthest_voxels,
+                          double enough_voxels) {
+  add(direction, step);
+  std::vector<CellCorner> near = find_near(step * furthest_voxels);
+  // Where not a few corners close but many, the step was too long for all.
+  constexpr int kMostHalvings = 5;
+  const std::size_t few = 100 + static_cast<std::size_t>(box_.free_elements() / 20'000);
+  for (int halving = 0; halving < kMostHalvings; ++halving) {
+    if (closed_by(near, direction, step) <= few) break;
+    step *= 0.5;
+    add(direction, -step);
+    near = find_near(step * furthest_voxels);
+  }
+  std::vector<std::int64_t> elements = take_back(near, direction, step);
+  for (const CellCorner& corner : near) {
+    for (const std::int64_t e : folds_.elements_of(corner)) elements.push_back(e);
+  }
+  std::erase_if(elements, [&](std::int64_t e) { return !box_.is_free(e); });
+  sort_once(elements);
+  settle(elements, enough_voxels);
+  find_bent(near, elements);
+  return step;
+}
+
+void FoldGuard::add(const BoxVectors& direction, double step) {
   const Size3 extent = box_.extent();
   const auto by = static_cast<float>(step);
   pool_.for_each(extent.z, [&](std::int64_t plane, int) {
@@ -117,16 +162,16 @@ void FoldGuard::advance(const BoxVectors& direction, double step, double furthes
       for (std::int64_t i = 0; i < count; ++i) u[i] += by * d[i];
     }
   });
-  travelled_voxels_ += furthest_voxels;
-  const std::vector<CellCorner> near = find_near();
-  std::vector<std::int64_t> elements = take_back(near, direction, step);
-  for (const CellCorner& corner : near) {
-    for (const std::int64_t e : folds_.elements_of(corner)) elements.push_back(e);
-  }
-  std::erase_if(elements, [&](std::int64_t e) { return !box_.is_free(e); });
-  sort_once(elements);
-  settle(elements);
-  find_bent(near, elements);
+}
+
+std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
+                                 double step) const {
+  return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
+    const double now = folds_.determinant(corner);
+    if (now >= kLeft * kFoldReach) return false;
+    const glm::dmat3 before = folds_.edges(corner) - step * folds_.edges_of(corner, direction);
+    return closes(glm::determinant(before), now, kLeft);
+  }));
 }
 
 // Halves the step of the elements of corners that it closed; after a few halvings none of it is
@@ -147,22 +192,20 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
       const double sign = (corner.signs >> axis) & 1 ? -1.0 : 1.0;
       const std::int64_t other = elements[static_cast<std::size_t>(axis + 1)];
       const glm::dvec3 moved =
-          step * (kShares[static_cast<std::size_t>(times(other))] * at(direction, other) -
-                  kShares[static_cast<std::size_t>(times(elements[0]))] *
-                      at(direction, elements[0]));
+          step *
+          (kShares[static_cast<std::size_t>(times(other))] * at(direction, other) -
+           kShares[static_cast<std::size_t>(times(elements[0]))] * at(direction, elements[0]));
       edges[axis] -= sign * moved / box_.spacing_mm();
     }
     return glm::determinant(edges);
   };
-  const auto closes = [&](const CellCorner& corner) {
+  const auto is_closed = [&](const CellCorner& corner) {
     const double now = folds_.determinant(corner);
-    if (now >= kLeft * kFoldReach) return false;
-    const double was = before(corner);
-    return was > 0.0 && now < kLeft * std::min(was, kFoldReach);
+    return now < kLeft * kFoldReach && closes(before(corner), now, kLeft);
   };
   std::vector<CellCorner> closed;
   for (const CellCorner& corner : near) {
-    if (closes(corner)) closed.push_back(corner);
+    if (is_closed(corner)) closed.push_back(corner);
   }
   while (!closed.empty()) {
     std::vector<std::int64_t> halve;
@@ -177,7 +220,8 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
     auto old = taken_back.begin();
     for (const std::int64_t e : halve) {
       const int n = times(e);
-      const double off = kShares[static_cast<std::size_t>(n)] - kShares[static_cast<std::size_t>(n + 1)];
+      const double off =
+          kShares[static_cast<std::size_t>(n)] - kShares[static_cast<std::size_t>(n + 1)];
       for (std::size_t c = 0; c < 3; ++c) {
         box_.u_mm()[c][e] -= static_cast<float>(step * off * double{direction[c][e]});
       }
@@ -194,7 +238,7 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
     sort_once(candidates);
     closed.clear();
     for (const CellCorner& corner : candidates) {
-      if (closes(corner)) closed.push_back(corner);
+      if (is_closed(corner)) closed.push_back(corner);
     }
   }
   std::vector<std::int64_t> elements;
@@ -203,38 +247,43 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
   return elements;
 }
 
-void FoldGuard::settle(const std::vector<std::int64_t>& elements) {
+void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_voxels) {
   if (elements.empty()) return;
   const trace::Span span("elements near folding");
   const Size3 extent = box_.extent();
   std::vector<Element> all(elements.size());
-  pool_.for_each(static_cast<std::int64_t>((elements.size() + 63) / 64), [&](std::int64_t part,
-                                                                             int) {
-    const std::size_t end = std::min(elements.size(), static_cast<std::size_t>(part + 1) * 64);
-    for (std::size_t i = static_cast<std::size_t>(part) * 64; i < end; ++i) {
-      const std::int64_t e = elements[i];
-      Element& here = all[i];
-      here.element = e;
-      const std::int64_t row = e / extent.x;
-      here.color = static_cast<int>(((e - row * extent.x) & 1) | (row % extent.y & 1) << 1 |
-                                    (row / extent.y & 1) << 2);
-      for (int s = 0; s < kSprings; ++s) {
-        const double k = double{box_.stiffness(e, s)};
-        if (!(k > 0.0)) continue;
-        const Spring& spring = box_.springs()[static_cast<std::size_t>(s)];
-        const std::int64_t other = e + box_.step(s);
-        here.springs.push_back({other, glm::dvec3(spring.rest_mm), double{spring.length_mm}, k,
-                                0.5 * (double{box_.blend(e)} + double{box_.blend(other)})});
-      }
-      folds_.for_each_corner_at(e, [&](const CellCorner& corner) {
-        here.corners.push_back({corner, folds_.shares(corner, e), folds_.kappa(corner)});
+  pool_.for_each(
+      static_cast<std::int64_t>((elements.size() + 63) / 64), [&](std::int64_t part, int) {
+        const std::size_t end = std::min(elements.size(), static_cast<std::size_t>(part + 1) * 64);
+        for (std::size_t i = static_cast<std::size_t>(part) * 64; i < end; ++i) {
+          const std::int64_t e = elements[i];
+          Element& here = all[i];
+          here.element = e;
+          const std::int64_t row = e / extent.x;
+          here.color = static_cast<int>(((e - row * extent.x) & 1) | (row % extent.y & 1) << 1 |
+                                        (row / extent.y & 1) << 2);
+          for (int s = 0; s < kSprings; ++s) {
+            const double k = double{box_.stiffness(e, s)};
+            if (!(k > 0.0)) continue;
+            const Spring& spring = box_.springs()[static_cast<std::size_t>(s)];
+            const std::int64_t other = e + box_.step(s);
+            here.springs.push_back({other, glm::dvec3(spring.rest_mm), double{spring.length_mm}, k,
+                                    0.5 * (double{box_.blend(e)} + double{box_.blend(other)})});
+          }
+          folds_.for_each_corner_at(e, [&](const CellCorner& corner) {
+            const auto sign = [&](int axis) { return (corner.signs >> axis) & 1 ? -1.0 : 1.0; };
+            here.corners.push_back({folds_.elements_of(corner),
+                                    {sign(0), sign(1), sign(2)},
+                                    folds_.shares(corner, e),
+                                    folds_.kappa(corner)});
+          });
+        }
       });
-    }
-  });
   std::array<std::vector<const Element*>, 8> by_color;
   for (const Element& e : all) by_color[static_cast<std::size_t>(e.color)].push_back(&e);
-  double first_move = 0.0;
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+  const int most_sweeps =
+      std::clamp(static_cast<int>(kMostMoves / elements.size()), 2, kMostSweeps);
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     double largest = 0.0;
     for (const auto& color : by_color) {
       // Waking workers takes as long as a hundred elements.
@@ -256,78 +305,88 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements) {
       }
       for (const double move : moves) largest = std::max(largest, move);
     }
-    if (sweep == 0) first_move = largest;
-    if (largest <= 0.02 * first_move || largest < 1e-6) break;
+    if (largest <= enough_voxels) break;
   }
   note_moved(elements);
 }
 
 // Returns how far it moved, in voxels.
 double FoldGuard::move_to_least_energy(const Element& here) {
-  struct Measured {
-    double energy = 0.0;
-    bool closes = false;
-  };
-  const glm::dvec3 u = at(box_.u_mm(), here.element);
+  const BoxVectors& all = box_.u_mm();
+  const glm::dvec3 u = at(all, here.element);
   const glm::dvec3 voxels_from_mm = 1.0 / box_.spacing_mm();
   glm::dvec3 gradient(0.0);
-  glm::dmat3 hessian(0.0);
+  // Upper half, by rows: xx xy xz yy yz zz.
+  std::array<double, 6> h{};
+  const auto add_square = [&](double weight, const glm::dvec3& v) {
+    h[0] += weight * v.x * v.x;
+    h[1] += weight * v.x * v.y;
+    h[2] += weight * v.x * v.z;
+    h[3] += weight * v.y * v.y;
+    h[4] += weight * v.y * v.z;
+    h[5] += weight * v.z * v.z;
+  };
   double energy = 0.0;
+  double same = 0.0;
   for (const SpringHere& s : here.springs) {
-    const glm::dvec3 du = u - at(box_.u_mm(), s.other);
+    const glm::dvec3 du = u - at(all, s.other);
     const glm::dvec3 p = s.rest_mm + du;
-    const double length = std::sqrt(glm::dot(p, p) + 1e-30);
+    const double length2 = glm::dot(p, p) + 1e-30;
+    const double length = std::sqrt(length2);
     const double stretch = length - s.length_mm;
     const double plain = s.stiffness * (1.0 - s.blend);
     const double straight = s.stiffness * s.blend;
+    const double relative = stretch / length;
     energy += 0.5 * (plain * stretch * stretch + straight * glm::dot(du, du));
-    gradient += plain * (stretch / length) * p + straight * du;
-    const double across = std::max(0.0, 1.0 - s.length_mm / length);
-    const double along = plain * (1.0 - across) / (length * length);
-    hessian += glm::outerProduct(along * p, p) + glm::dmat3(plain * across + straight);
+    gradient += plain * relative * p + straight * du;
+    const double across = std::max(0.0, relative);
+    add_square(plain * (1.0 - across) / length2, p);
+    same += plain * across + straight;
   }
-  struct CornerNow {
-    glm::dmat3 edges;
-    double determinant;
-  };
-  std::array<CornerNow, 32> now;
-  std::size_t n = 0;
-  for (const CornerHere& c : here.corners) {
-    CornerNow& corner = now[n++];
-    corner.edges = folds_.edges(c.corner);
-    corner.determinant = glm::determinant(corner.edges);
-    const FoldPenalty penalty = fold_penalty(corner.determinant);
+  h[0] += same;
+  h[3] += same;
+  h[5] += same;
+  std::array<glm::dvec3, 32> slopes;  // of J, by the element's position
+  std::array<double, 32> open;        // J
+  const std::size_t corners = here.corners.size();
+  for (std::size_t i = 0; i < corners; ++i) {
+    const CornerHere& c = here.corners[i];
+    const glm::dvec3 center = at(all, c.elements[0]);
+    glm::dmat3 edges(1.0);
+    for (int a = 0; a < 3; ++a) {
+      edges[a] += c.signs[a] * voxels_from_mm *
+                  (at(all, c.elements[static_cast<std::size_t>(a + 1)]) - center);
+    }
+    const glm::dmat3 by_edges = FoldEnergy::cofactors(edges);
+    open[i] = glm::dot(edges[0], by_edges[0]);
+    slopes[i] = (by_edges * c.shares) * voxels_from_mm;
+    const FoldPenalty penalty = fold_penalty(open[i]);
     if (!(penalty.value > 0.0)) continue;
-    const glm::dvec3 slope =
-        (FoldEnergy::cofactors(corner.edges) * c.shares) * voxels_from_mm / kFoldReach;
     energy += c.kappa * penalty.value;
-    gradient += c.kappa * penalty.slope * slope;
-    hessian += glm::outerProduct(2.0 * c.kappa * slope, slope);
+    gradient += c.kappa * penalty.slope / kFoldReach * slopes[i];
+    add_square(2.0 * c.kappa / (kFoldReach * kFoldReach), slopes[i]);
   }
+  const glm::dmat3 hessian(h[0], h[1], h[2], h[1], h[3], h[4], h[2], h[4], h[5]);
   const double volume = glm::determinant(hessian);
   if (!(volume > 0.0) || !std::isfinite(volume)) return 0.0;
-  const glm::dvec3 full = -glm::inverse(hessian) * gradient;
+  const glm::dvec3 full = -(glm::inverse(hessian) * gradient);
   double share = 1.0;
   for (int attempt = 0; attempt < 12; ++attempt, share *= 0.5) {
     const glm::dvec3 move = share * full;
     double moved_energy = 0.0;
-    bool closes = false;
-    for (std::size_t i = 0; i < n && !closes; ++i) {
-      const CornerHere& c = here.corners[i];
-      glm::dmat3 edges = now[i].edges;
-      for (int a = 0; a < 3; ++a) edges[a] += c.shares[a] * move * voxels_from_mm;
-      const double j = glm::determinant(edges);
-      const double was = now[i].determinant;
-      closes = was > 0.0 && j < kLeftByElement * std::min(was, kFoldReach);
-      moved_energy += c.kappa * fold_penalty(j).value;
+    bool closed = false;
+    for (std::size_t i = 0; i < corners && !closed; ++i) {
+      const double j = open[i] + glm::dot(slopes[i], move);
+      closed = open[i] > 0.0 && j < least_left(open[i], kLeftByElement);
+      moved_energy += here.corners[i].kappa * fold_penalty(j).value;
     }
-    if (closes) continue;
+    if (closed) continue;
     for (const SpringHere& s : here.springs) {
-      const glm::dvec3 du = u + move - at(box_.u_mm(), s.other);
+      const glm::dvec3 du = u + move - at(all, s.other);
       const glm::dvec3 p = s.rest_mm + du;
       const double stretch = std::sqrt(glm::dot(p, p) + 1e-30) - s.length_mm;
-      moved_energy += 0.5 * s.stiffness *
-                      ((1.0 - s.blend) * stretch * stretch + s.blend * glm::dot(du, du));
+      moved_energy +=
+          0.5 * s.stiffness * ((1.0 - s.blend) * stretch * stretch + s.blend * glm::dot(du, du));
     }
     if (!(moved_energy <= energy)) continue;
     for (int c = 0; c < 3; ++c) {
@@ -353,18 +412,45 @@ void FoldGuard::note_moved(const std::vector<std::int64_t>& elements) {
 
 void FoldGuard::find_bent(const std::vector<CellCorner>& near,
                           const std::vector<std::int64_t>& moved) {
-  std::vector<CellCorner> candidates = near;
+  // By their own elements, so that none is looked at twice.
+  std::vector<std::int64_t> elements;
+  elements.reserve(near.size() + 7 * moved.size());
+  for (const CellCorner& corner : near) elements.push_back(corner.element);
   for (const std::int64_t e : moved) {
-    folds_.for_each_corner_at(e, [&](const CellCorner& c) { candidates.push_back(c); });
+    elements.push_back(e);
+    for (int axis = 0; axis < 3; ++axis) {
+      elements.push_back(e - box_.step(2 * axis));
+      elements.push_back(e + box_.step(2 * axis));
+    }
   }
-  sort_once(candidates);
+  sort_once(elements);
+  constexpr std::size_t kPart = 512;
+  const std::size_t parts = (elements.size() + kPart - 1) / kPart;
+  std::vector<std::vector<CellCorner>> found(parts);
+  std::vector<std::int64_t> folded(parts, 0);
+  pool_.for_each(static_cast<std::int64_t>(parts), [&](std::int64_t part, int) {
+    const auto p = static_cast<std::size_t>(part);
+    for (std::size_t i = p * kPart; i < std::min(elements.size(), (p + 1) * kPart); ++i) {
+      for (std::uint8_t signs = 0; signs < 8; ++signs) {
+        const CellCorner corner{elements[i], signs};
+        if (!folds_.counts(corner)) continue;
+        const double j = folds_.determinant(corner);
+        if (j < kFoldReach) found[p].push_back(corner);
+        folded[p] += j <= 0.0;
+      }
+    }
+  });
   bent_.clear();
   folded_ = 0;
-  for (const CellCorner& corner : candidates) {
-    const double j = folds_.determinant(corner);
-    if (j < kFoldReach) bent_.push_back(corner);
-    folded_ += j <= 0.0;
+  for (std::size_t p = 0; p < parts; ++p) {
+    bent_.insert(bent_.end(), found[p].begin(), found[p].end());
+    folded_ += folded[p];
   }
+}
+
+std::int64_t FoldGuard::count_folded() const {
+  return std::count_if(bent_.begin(), bent_.end(),
+                       [&](const CellCorner& corner) { return folds_.determinant(corner) <= 0.0; });
 }
 
 double FoldGuard::energy() const {

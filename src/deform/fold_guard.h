@@ -21,7 +21,10 @@ class FoldGuard {
   FoldGuard(SpringBox& box, WorkerPool& pool);
 
   // Adds `step` times a direction to the state. furthest_voxels: no element moves further by it.
-  void advance(const BoxVectors& direction, double step, double furthest_voxels);
+  // Elements near folding are settled until they move by less than enough_voxels. Returns the step
+  // that was added: half of it, or less, where all of it would close not a few corners but many.
+  double advance(const BoxVectors& direction, double step, double furthest_voxels,
+                 double enough_voxels);
 
   // Corners with an energy, by rising element.
   const std::vector<CellCorner>& bent() const { return bent_; }
@@ -29,8 +32,10 @@ class FoldGuard {
   void add_forces(BoxVectors& forces) const;
   double curvature(const BoxVectors& direction) const;
 
-  // Corners that were folded when the guard was made, and still are.
+  // Corners that are folded, as they were when the guard was made: of the last state that it made,
+  // or of the state that the box is in now.
   std::int64_t folded() const { return folded_; }
+  std::int64_t count_folded() const;
 
  private:
   struct Element;
@@ -40,10 +45,14 @@ class FoldGuard {
     double travelled = -1.0;    // when it was measured; -1: never
   };
 
-  std::vector<CellCorner> find_near();
+  void add(const BoxVectors& direction, double step);
+  // After no element has moved further than that since the last time.
+  std::vector<CellCorner> find_near(double furthest_voxels);
+  std::size_t closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
+                        double step) const;
   std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,
                                       const BoxVectors& direction, double step);
-  void settle(const std::vector<std::int64_t>& elements);
+  void settle(const std::vector<std::int64_t>& elements, double enough_voxels);
   double move_to_least_energy(const Element& element);
   void note_moved(const std::vector<std::int64_t>& elements);
   void find_bent(const std::vector<CellCorner>& near, const std::vector<std::int64_t>& moved);

@@ -10,8 +10,7 @@ constexpr std::int64_t kWorthwhile = 4;
 constexpr int kLeastMargin = 8;
 
 VoxelBox grown(const VoxelBox& box, const VoxelBox& whole, double share) {
-  const Size3 margin =
-      glm::max(Size3(glm::dvec3(box.size()) * share), Size3(kLeastMargin));
+  const Size3 margin = glm::max(Size3(glm::dvec3(box.size()) * share), Size3(kLeastMargin));
   return intersection({box.lo - margin, box.hi + margin}, whole);
 }
 

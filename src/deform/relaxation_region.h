@@ -20,6 +20,7 @@ class RelaxationRegion {
                    std::int64_t most_elements);
 
   const VoxelBox& box() const { return box_; }  // empty: nothing can move
+  const VoxelBox& whole_box() const { return whole_; }
   bool whole() const { return box_ == whole_; }
   // Memory allows no more, although there is more.
   bool limited() const { return limited_; }

@@ -92,6 +92,7 @@ void SpringBox::read_materials(const Problem& problem, WorkerPool& pool) {
   const SpringTable table = SpringTable::of(problem.materials.table());
   const VoxelBox all = clipped_to_volume({lo(), lo() + extent_}, volume_size_);
   const bool inside = all.size() == extent_;
+  beyond_volume_ = !inside;
   one_compliance_ = table.compliance(0);
   one_blend_ = table.rest_vector_blend(0);
   if (inside && problem.materials.single_material()) return;
@@ -123,9 +124,8 @@ void SpringBox::read_materials(const Problem& problem, WorkerPool& pool) {
     }
   });
   const bool one_material =
-      inside && only.front() && std::all_of(only.begin(), only.end(), [&](const auto& id) {
-        return id == only.front();
-      });
+      inside && only.front() &&
+      std::all_of(only.begin(), only.end(), [&](const auto& id) { return id == only.front(); });
   if (!one_material) return;
   one_compliance_ = table.compliance(*only.front());
   one_blend_ = table.rest_vector_blend(*only.front());
@@ -157,8 +157,8 @@ void SpringBox::read_held(const Problem& problem, WorkerPool& pool) {
         free_flags_[row + x - free_.lo.x] = !on_face;
       }
       if (table.any_fixed()) {
-        const auto* const id =
-            &ids[static_cast<std::size_t>(y - free_.lo.y) * static_cast<std::size_t>(free_.size().x)];
+        const auto* const id = &ids[static_cast<std::size_t>(y - free_.lo.y) *
+                                    static_cast<std::size_t>(free_.size().x)];
         for (int x = 0; x < free_.size().x; ++x) {
           if (table.fixed(id[x])) free_flags_[row + x] = 0;
         }
@@ -172,8 +172,9 @@ void SpringBox::read_held(const Problem& problem, WorkerPool& pool) {
                         for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
                           for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
                             const VoxelIndex voxel{x, y, z};
-                            const bool held = mask && mask->test(static_cast<std::size_t>(
-                                                          element_in_brick(voxel)));
+                            const bool held =
+                                mask &&
+                                mask->test(static_cast<std::size_t>(element_in_brick(voxel)));
                             if (held || (cut && problem.cuts.carved(voxel))) {
                               free_flags_[element(voxel)] = 0;
                             }
@@ -221,6 +222,7 @@ void SpringBox::read_cuts(const Cuts& cuts) {
 void SpringBox::tell_rows_apart(WorkerPool& pool) {
   const auto rows = static_cast<std::size_t>(extent_.y) * static_cast<std::size_t>(extent_.z);
   kinds_.assign(rows, RowKind::held);
+  all_free_.assign(rows, 0);
   std::vector<std::uint8_t> one_material(rows, 1);
   if (compliance_) {
     pool.for_each(static_cast<std::int64_t>(rows), [&](std::int64_t r, int) {
@@ -237,7 +239,10 @@ void SpringBox::tell_rows_apart(WorkerPool& pool) {
     for (int y = 1; y < extent_.y - 1; ++y) {
       const std::int64_t r = row(y, z);
       const std::uint8_t* const flags = &free_flags_[r * extent_.x];
-      if (std::none_of(flags, flags + extent_.x, [](std::uint8_t f) { return f != 0; })) continue;
+      const auto is_free = [](std::uint8_t f) { return f != 0; };
+      if (std::none_of(flags, flags + extent_.x, is_free)) continue;
+      all_free_[static_cast<std::size_t>(r)] =
+          std::all_of(flags + 1, flags + extent_.x - 1, is_free);
       bool plain = true;
       for (int dz = -1; dz <= 1 && compliance_; ++dz) {
         for (int dy = -1; dy <= 1; ++dy) {
@@ -257,6 +262,22 @@ void SpringBox::tell_rows_apart(WorkerPool& pool) {
 glm::dvec3 SpringBox::displacement_voxels(std::int64_t e) const {
   const glm::dvec3 mm(u_mm_[0][e], u_mm_[1][e], u_mm_[2][e]);
   return mm / spacing_mm_ + glm::dvec3(common_u_) / double{kUnitsPerVoxel};
+}
+
+void SpringBox::round_to_fixed_point(BoxVectors& rounded_mm, WorkerPool& pool) const {
+  pool.for_each(extent_.z, [&](std::int64_t plane, int) {
+    const std::int64_t begin = plane * extent_.x * extent_.y;
+    const std::int64_t end = begin + std::int64_t{extent_.x} * extent_.y;
+    for (int c = 0; c < 3; ++c) {
+      const auto units_from_mm = static_cast<float>(kUnitsPerVoxel / spacing_mm_[c]);
+      const auto mm_from_units = static_cast<float>(spacing_mm_[c] / kUnitsPerVoxel);
+      const BoxArray<float>& from = u_mm_[static_cast<std::size_t>(c)];
+      BoxArray<float>& to = rounded_mm[static_cast<std::size_t>(c)];
+      for (std::int64_t e = begin; e < end; ++e) {
+        to[e] = free_flags_[e] ? std::nearbyint(from[e] * units_from_mm) * mm_from_units : from[e];
+      }
+    }
+  });
 }
 
 Lattice SpringBox::lattice(const Lattice& published, WorkerPool& pool) const {
@@ -289,8 +310,7 @@ Lattice SpringBox::lattice(const Lattice& published, WorkerPool& pool) const {
       }
       for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
         for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-          std::int32_t* const u =
-              &brick->u[c][((z & 31) * kBrickEdge + (y & 31)) * kBrickEdge];
+          std::int32_t* const u = &brick->u[c][((z & 31) * kBrickEdge + (y & 31)) * kBrickEdge];
           const std::int64_t begin = element({voxels.lo.x, y, z});
           const float* const mm = &u_mm_[static_cast<std::size_t>(c)][begin];
           const std::uint8_t* const flags = &free_flags_[begin];

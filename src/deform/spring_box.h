@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "core/parallel.h"
@@ -46,6 +47,11 @@ class SpringBox {
   // Throws std::bad_alloc.
   SpringBox(const Problem& problem, const VoxelBox& free, WorkerPool& pool);
 
+  // Every other element along each axis, twice as far apart, in the state that this one is in.
+  // Stiffness is the geometric mean of 2^3 elements'; a spring is missing where one of the two
+  // along it is; what is held stays held, if by an element beside it. Knows no voxels.
+  static std::unique_ptr<SpringBox> at_half_resolution(const SpringBox& fine, WorkerPool& pool);
+
   // With the layer around it. Element (0, 0, 0) is voxel lo().
   Size3 extent() const { return extent_; }
   VoxelIndex lo() const { return free_.lo - 1; }
@@ -73,6 +79,8 @@ class SpringBox {
 
   bool is_free(std::int64_t element) const { return free_flags_[element] != 0; }
   const std::uint8_t* free_flags() const { return free_flags_.data(); }
+  // Whether all elements of a row are free, but for its two ends.
+  bool all_free(std::int64_t row) const { return all_free_[static_cast<std::size_t>(row)] != 0; }
   RowKind kind(std::int64_t row) const { return kinds_[static_cast<std::size_t>(row)]; }
 
   // 1 / stiffness, infinite outside the volume; an array only where not all are the same.
@@ -88,6 +96,8 @@ class SpringBox {
     if (missing_row_.empty() || missing_row_[static_cast<std::size_t>(row)] < 0) return nullptr;
     return &missing_[static_cast<std::size_t>(missing_row_[static_cast<std::size_t>(row)])];
   }
+  // False: every spring between elements of the box is there.
+  bool may_lack_springs() const { return beyond_volume_ || !missing_row_.empty(); }
   // Stiffness of a spring, 0 for none.
   float stiffness(std::int64_t e, int spring) const {
     const float c = compliance(e) + compliance(e + step(spring));
@@ -99,14 +109,18 @@ class SpringBox {
     return 2.0f / c;
   }
 
+  // The state as lattice() rounds it, in mm.
+  void round_to_fixed_point(BoxVectors& rounded_mm, WorkerPool& pool) const;
   // The state in fixed point, of the bricks that it touches; what has not moved keeps its bricks.
   Lattice lattice(const Lattice& published, WorkerPool& pool) const;
 
   std::int64_t bytes() const;
-  // Of a box with that many free elements, about, beside what a solver adds.
   static VoxelBox clipped_to_volume(const VoxelBox& box, Size3 volume);
 
  private:
+  SpringBox() = default;
+  float mean_compliance(glm::ivec3 at) const;
+  void halve_cuts(const SpringBox& fine);
   void read_displacements(const Lattice& start, WorkerPool& pool);
   void read_materials(const Problem& problem, WorkerPool& pool);
   void read_held(const Problem& problem, WorkerPool& pool);
@@ -127,7 +141,9 @@ class SpringBox {
   float one_compliance_ = 1.0f;
   BoxArray<float> blend_;
   float one_blend_ = 0.0f;
+  bool beyond_volume_ = false;  // some elements are
   std::vector<RowKind> kinds_;
+  std::vector<std::uint8_t> all_free_;
   std::vector<std::int64_t> missing_row_;  // where a row's begin in missing_; -1: none are
   std::vector<std::uint32_t> missing_;
 };

@@ -107,10 +107,9 @@ template <bool kMixed, bool kBlends, bool kCut>
   }
 }
 
-template <bool kMixed, bool kBlends, bool kCut>
+template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld>
 [[gnu::always_inline]] inline SpringSums add_up_sums(const Inputs& inputs, const Springs& springs,
-                                                     const std::int64_t* steps,
-                                                     const Along& along,
+                                                     const std::int64_t* steps, const Along& along,
                                                      const std::uint8_t* free) {
   const Inputs in = inputs;
   const float* const u_x = in.u_x;
@@ -122,7 +121,6 @@ template <bool kMixed, bool kBlends, bool kCut>
   const float one = 1.0f / in.one_compliance;
   float energy[kLongestRun + kLanes] = {};
   float curvature[kLongestRun + kLanes] = {};
-  float bound[kLongestRun + kLanes] = {};
   for (int s = 0; s < kSprings; s += 2) {
     const Spring& spring = springs[static_cast<std::size_t>(s)];
     const std::int64_t j = steps[s];
@@ -139,7 +137,13 @@ template <bool kMixed, bool kBlends, bool kCut>
     const float* const other_d_x = d_x + j;
     const float* const other_d_y = d_y + j;
     const float* const other_d_z = d_z + j;
-    const std::uint8_t* const other_free = free + j;
+    [[maybe_unused]] float any_free[kLongestRun];
+    if constexpr (kSomeHeld) {
+      // A loop of its own: bytes beside floats would be taken 64 at a time, and most rows end
+      // first.
+      const std::uint8_t* const other_free = free + j;
+      for (int x = 0; x < in.count; ++x) any_free[x] = static_cast<float>(free[x] | other_free[x]);
+    }
     const std::uint32_t bit = std::uint32_t{1} << s;
     for (int x = 0; x < in.count; ++x) {
       const float du_x = in.u_x[x] - in.u_x[x + j];
@@ -151,36 +155,31 @@ template <bool kMixed, bool kBlends, bool kCut>
       const float q_x = d_x[x] - other_d_x[x];
       const float q_y = d_y[x] - other_d_y[x];
       const float q_z = d_z[x] - other_d_z[x];
-      const float any_free = free[x] | other_free[x] ? 1.0f : 0.0f;
-      const float k = any_free * stiffness_of<kMixed, kCut>(in, other_compliance, x, one, bit);
+      float k = stiffness_of<kMixed, kCut>(in, other_compliance, x, one, bit);
+      if constexpr (kSomeHeld) k *= any_free[x];
       float b = in.one_blend;
       if constexpr (kBlends) b = 0.5f * (in.blend[x] + other_blend[x]);
-      const float length2 = p_x * p_x + p_y * p_y + p_z * p_z + 1e-30f;
-      const float length = std::sqrt(length2);
-      const float stretch = length - rest_length;
+      const float one_over_length = 1.0f / std::sqrt(p_x * p_x + p_y * p_y + p_z * p_z + 1e-30f);
+      const float share = rest_length * one_over_length;
       const float q2 = q_x * q_x + q_y * q_y + q_z * q_z;
-      const float pq = p_x * q_x + p_y * q_y + p_z * q_z;
-      const float share = rest_length / length;
-      const float along2 = pq * pq / length2;
-      energy[x] += 0.5f * k *
-                   ((1.0f - b) * stretch * stretch + b * (du_x * du_x + du_y * du_y + du_z * du_z));
-      curvature[x] += k * ((1.0f - b) * (share * along2 + (1.0f - share) * q2) + b * q2);
-      bound[x] += k * q2;
+      const float along = (p_x * q_x + p_y * q_y + p_z * q_z) * one_over_length;
+      const float stretch = (p_x * p_x + p_y * p_y + p_z * p_z) * one_over_length - rest_length;
+      energy[x] +=
+          k * ((1.0f - b) * stretch * stretch + b * (du_x * du_x + du_y * du_y + du_z * du_z));
+      curvature[x] += k * ((1.0f - b) * (share * along * along + (1.0f - share) * q2) + b * q2);
     }
   }
-  double lanes[3][kLanes] = {};
+  double lanes[2][kLanes] = {};
   for (int x = 0; x < in.count; x += kLanes) {
     for (int l = 0; l < kLanes; ++l) {
       lanes[0][l] += static_cast<double>(energy[x + l]);
       lanes[1][l] += static_cast<double>(curvature[x + l]);
-      lanes[2][l] += static_cast<double>(bound[x + l]);
     }
   }
   SpringSums sums;
   for (int l = 0; l < kLanes; ++l) {
-    sums.energy += lanes[0][l];
+    sums.energy += 0.5 * lanes[0][l];
     sums.curvature += lanes[1][l];
-    sums.bound += lanes[2][l];
   }
   return sums;
 }
@@ -243,13 +242,14 @@ template <bool kMixed, bool kCut>
 }
 
 template <bool kMixed, bool kCut>
-[[gnu::always_inline]] inline void stiffnesses_of(const Inputs& inputs, std::int64_t step, int spring,
-                                                  float* k) {
+[[gnu::always_inline]] inline void stiffnesses_of(const Inputs& inputs, std::int64_t step,
+                                                  int spring, float* k) {
   const Inputs in = inputs;
   const float one = 1.0f / in.one_compliance;
   const float* const other_compliance = kMixed ? in.compliance + step : nullptr;
   const std::uint32_t bit = std::uint32_t{1} << spring;
-  for (int x = 0; x < in.count; ++x) k[x] = stiffness_of<kMixed, kCut>(in, other_compliance, x, one, bit);
+  for (int x = 0; x < in.count; ++x)
+    k[x] = stiffness_of<kMixed, kCut>(in, other_compliance, x, one, bit);
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS
@@ -278,24 +278,25 @@ void forces_cut(const Inputs& in, const Springs& springs, const std::int64_t* st
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_plain(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                       const Along& along, const std::uint8_t* free) {
-  return add_up_sums<false, false, false>(in, springs, steps, along, free);
+  if (!free) return add_up_sums<false, false, false, false>(in, springs, steps, along, free);
+  return add_up_sums<false, false, false, true>(in, springs, steps, along, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_mixed(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                       const Along& along, const std::uint8_t* free) {
-  return add_up_sums<true, false, false>(in, springs, steps, along, free);
+  return add_up_sums<true, false, false, true>(in, springs, steps, along, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_blended(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                         const Along& along, const std::uint8_t* free) {
-  return add_up_sums<true, true, false>(in, springs, steps, along, free);
+  return add_up_sums<true, true, false, true>(in, springs, steps, along, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_cut(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                     const Along& along, const std::uint8_t* free) {
-  if (!in.compliance) return add_up_sums<false, false, true>(in, springs, steps, along, free);
-  if (!in.blend) return add_up_sums<true, false, true>(in, springs, steps, along, free);
-  return add_up_sums<true, true, true>(in, springs, steps, along, free);
+  if (!in.compliance) return add_up_sums<false, false, true, true>(in, springs, steps, along, free);
+  if (!in.blend) return add_up_sums<true, false, true, true>(in, springs, steps, along, free);
+  return add_up_sums<true, true, true, true>(in, springs, steps, along, free);
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS
@@ -335,11 +336,57 @@ void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& force
 SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVectors& direction) {
   const Inputs in = inputs_of(box, run);
   const Along d{&direction[0][run.first], &direction[1][run.first], &direction[2][run.first]};
-  const std::uint8_t* const free = box.free_flags() + run.first;
+  const bool no_held = run.with_free_around && run.kind == RowKind::plain;
+  const std::uint8_t* const free = no_held ? nullptr : box.free_flags() + run.first;
   if (in.missing) return sums_cut(in, box.springs(), box.steps(), d, free);
   if (!in.compliance) return sums_plain(in, box.springs(), box.steps(), d, free);
   if (!in.blend) return sums_mixed(in, box.springs(), box.steps(), d, free);
   return sums_blended(in, box.springs(), box.steps(), d, free);
+}
+
+double spring_bound(const SpringBox& box, const SpringRun& run, const BoxVectors& direction) {
+  double sum = 0.0;
+  for (int s = 0; s < kSprings; s += 2) {
+    float k[kLongestRun];
+    stiffnesses(box, run, s, k);
+    const std::int64_t step = box.step(s);
+    for (int x = 0; x < run.count; ++x) {
+      const std::int64_t i = run.first + x;
+      for (const auto& d : direction) {
+        const double along = double{d[i]} - double{d[i + step]};
+        sum += double{k[x]} * along * along;
+      }
+    }
+  }
+  return sum;
+}
+
+MAILLE_FOR_SEVERAL_WIDTHS
+float largest_square(const float* x, const float* y, const float* z, glm::vec3 scale, int count) {
+  const float scale_x = scale.x;
+  const float scale_y = scale.y;
+  const float scale_z = scale.z;
+  constexpr int kWide = 16;
+  float lanes[kWide] = {};
+  const int whole = count / kWide * kWide;
+  for (int i = 0; i < whole; i += kWide) {
+    for (int l = 0; l < kWide; ++l) {
+      const float a = scale_x * x[i + l];
+      const float b = scale_y * y[i + l];
+      const float c = scale_z * z[i + l];
+      const float square = a * a + b * b + c * c;
+      lanes[l] = square > lanes[l] ? square : lanes[l];
+    }
+  }
+  float largest = 0.0f;
+  for (const float lane : lanes) largest = std::max(largest, lane);
+  for (int i = whole; i < count; ++i) {
+    const float a = scale_x * x[i];
+    const float b = scale_y * y[i];
+    const float c = scale_z * z[i];
+    largest = std::max(largest, a * a + b * b + c * c);
+  }
+  return largest;
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS

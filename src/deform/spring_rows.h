@@ -16,18 +16,20 @@ inline constexpr int kLongestRun = 128;
 
 struct SpringRun {
   RowKind kind = RowKind::plain;
-  std::int64_t first = 0;  // element
-  int count = 0;           // <= kLongestRun
+  std::int64_t first = 0;                  // element
+  int count = 0;                           // <= kLongestRun
   const std::uint32_t* missing = nullptr;  // of the first, for kind cut
+  bool with_free_around = false;           // every spring of its elements has a free end
 };
 
 // Calls f(run) for a row's elements from x = begin to x = end, cut into runs.
 template <class F>
 void for_each_run(const SpringBox& box, std::int64_t row, int begin, int end, F&& f) {
   const std::uint32_t* const missing = box.missing(row);
+  const bool free = begin > 0 && box.all_free(row);
   for (int x = begin; x < end; x += kLongestRun) {
     f(SpringRun{box.kind(row), row * box.extent().x + x, std::min(kLongestRun, end - x),
-                missing ? missing + x : nullptr});
+                missing ? missing + x : nullptr, free});
   }
 }
 
@@ -44,9 +46,13 @@ void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& force
 struct SpringSums {
   double energy = 0.0;     // stiffness * mm^2
   double curvature = 0.0;  // d . H d
-  double bound = 0.0;      // sum of k |d_i - d_j|^2, which no curvature exceeds at any stretch
 };
 SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVectors& direction);
+// The sum of k |d_i - d_j|^2 over the same springs, which no curvature exceeds at any stretch.
+double spring_bound(const SpringBox& box, const SpringRun& run, const BoxVectors& direction);
+
+// The largest x^2 + y^2 + z^2 of a run of vectors, each component scaled first.
+float largest_square(const float* x, const float* y, const float* z, glm::vec3 scale, int count);
 
 // sum of a * b, and of the vectors' dot products, over the elements of a run.
 double dot_of_run(const float* a, const float* b, int count);

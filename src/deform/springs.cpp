@@ -3,9 +3,15 @@
 namespace maille {
 
 Springs springs_of(glm::dvec3 spacing_mm) {
-  constexpr std::array<glm::ivec3, kSprings / 2> kOffsets = {
-      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, -1, 0}, {1, 0, 1}, {1, 0, -1}, {0, 1, 1},
-       {0, 1, -1}}};
+  constexpr std::array<glm::ivec3, kSprings / 2> kOffsets = {{{1, 0, 0},
+                                                              {0, 1, 0},
+                                                              {0, 0, 1},
+                                                              {1, 1, 0},
+                                                              {1, -1, 0},
+                                                              {1, 0, 1},
+                                                              {1, 0, -1},
+                                                              {0, 1, 1},
+                                                              {0, 1, -1}}};
   Springs springs;
   for (std::size_t s = 0; s < springs.size(); ++s) {
     const glm::ivec3 o = s % 2 ? -kOffsets[s / 2] : kOffsets[s / 2];

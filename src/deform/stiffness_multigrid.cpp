@@ -347,8 +347,7 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
     add_up_springs(box, pool);
     finish(pool);
   }
-  Coarse(const Coarse& finer, WorkerPool& pool)
-      : Coarse(parent_extent(finer.extent()), pool, 0) {
+  Coarse(const Coarse& finer, WorkerPool& pool) : Coarse(parent_extent(finer.extent()), pool, 0) {
     add_up_springs(finer, pool);
     finish(pool);
   }
@@ -406,20 +405,13 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
   // those within an element vanish.
   void add_up_springs(const SpringBox& box, WorkerPool& pool) {
     const Size3 fine = box.extent();
-    std::vector<std::uint8_t> full(static_cast<std::size_t>(fine.y) *
-                                   static_cast<std::size_t>(fine.z));
-    pool.for_each(static_cast<std::int64_t>(full.size()), [&](std::int64_t r, int) {
-      const std::uint8_t* const free = box.free_flags() + r * fine.x;
-      full[static_cast<std::size_t>(r)] =
-          box.kind(r) == RowKind::plain &&
-          std::all_of(free + 1, free + fine.x - 1, [](std::uint8_t f) { return f != 0; });
-    });
     // Rows between full ones have the same springs from end to end, and none to the ground.
     const auto all_full = [&](int Y, int Z) {
       for (int z = 2 * Z - 2; z <= 2 * Z + 1; ++z) {
         for (int y = 2 * Y - 2; y <= 2 * Y + 1; ++y) {
           if (y < 0 || z < 0 || y >= fine.y || z >= fine.z) return false;
-          if (!full[static_cast<std::size_t>(box.row(y, z))]) return false;
+          const std::int64_t r = box.row(y, z);
+          if (box.kind(r) != RowKind::plain || !box.all_free(r)) return false;
         }
       }
       return true;
@@ -453,22 +445,22 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
         if (box.kind(r) == RowKind::held) continue;
         for_each_run(box, r, 2 * X0 - 1, std::min(2 * X1 + 1, fine.x - 1),
                      [&](const SpringRun& run) {
-          const int x0 = static_cast<int>(run.first - r * fine.x);
-          for (int s = 0; s < kSprings; ++s) {
-            float k[kLongestRun];
-            stiffnesses(box, run, s, k);
-            const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
-            const int dy = parent(y + o.y) - Y;
-            const int dz = parent(z + o.z) - Z;
-            for (int i = 0; i < run.count; ++i) {
-              const int x = x0 + i;
-              if (!box.is_free(run.first + i)) continue;
-              add_spring(row(Y, Z) * extent().x + parent(x),
-                         {parent(x + o.x) - parent(x), dy, dz},
-                         box.is_free(run.first + i + box.step(s)), k[i]);
-            }
-          }
-        });
+                       const int x0 = static_cast<int>(run.first - r * fine.x);
+                       for (int s = 0; s < kSprings; ++s) {
+                         float k[kLongestRun];
+                         stiffnesses(box, run, s, k);
+                         const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
+                         const int dy = parent(y + o.y) - Y;
+                         const int dz = parent(z + o.z) - Z;
+                         for (int i = 0; i < run.count; ++i) {
+                           const int x = x0 + i;
+                           if (!box.is_free(run.first + i)) continue;
+                           add_spring(row(Y, Z) * extent().x + parent(x),
+                                      {parent(x + o.x) - parent(x), dy, dz},
+                                      box.is_free(run.first + i + box.step(s)), k[i]);
+                         }
+                       }
+                     });
       }
     }
   }
@@ -485,13 +477,13 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
             const std::int64_t to = row(parent(y), Z) * extent().x + parent(x);
             for (int s = 0; s < kSprings; ++s) {
               const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
-              const float k = s % 2 ? finer.stiffness(s / 2, e - finer.step(s / 2))
-                                    : finer.stiffness(s / 2, e);
+              const float k =
+                  s % 2 ? finer.stiffness(s / 2, e - finer.step(s / 2)) : finer.stiffness(s / 2, e);
               if (k == 0.0f) continue;
-              add_spring(to,
-                         {parent(x + o.x) - parent(x), parent(y + o.y) - parent(y),
-                          parent(z + o.z) - Z},
-                         true, k);
+              add_spring(
+                  to,
+                  {parent(x + o.x) - parent(x), parent(y + o.y) - parent(y), parent(z + o.z) - Z},
+                  true, k);
             }
             ground_[to] += kCoarseStiffness * finer.ground_[e];
           }
@@ -577,8 +569,8 @@ class StiffnessMultigrid::Direct {
     const Eigen::MatrixXd solved = factors_.solve(right);
     for (std::size_t i = 0; i < elements_.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
-        moves[c][elements_[i]] = static_cast<float>(
-            solved(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)));
+        moves[c][elements_[i]] =
+            static_cast<float>(solved(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)));
       }
     }
   }

@@ -1,5 +1,5 @@
-// An approximate inverse of the stiffness-weighted graph Laplacian of a box of springs, the same for
-// x, y and z: what turns forces into moves that reach across the whole box at once.
+// An approximate inverse of the stiffness-weighted graph Laplacian of a box of springs, the same
+// for x, y and z: what turns forces into moves that reach across the whole box at once.
 //
 // The Laplacian is fixed while materials, cuts and what is held are, and bounds the Hessian of the
 // springs at any state (springs.h); near rest the two are alike to a factor of five, or two with a
@@ -9,10 +9,10 @@
 // those between its elements. So a spring that a cut took is missing on every level, what is held
 // stays held (springs to it become springs to the ground), and a stiff part stays stiff, whatever
 // its shape: interpolation between neighbours, the usual way, strains a stiff part's surface and
-// fails from a stiffness ratio of 1000 on (measured: 22 iterations to a tenth of the error that this
-// takes 6 for). Sums alone are too stiff by up to two, so they are taken times 0.6; and each coarse
-// level is solved by two steps of conjugate gradients around its own cycle (a K-cycle: Notay and
-// Vassilevski, Recursive Krylov-based multigrid cycles, Numer. Linear Algebra Appl. 15, 2008).
+// fails from a stiffness ratio of 1000 on (measured: 22 iterations to a tenth of the error that
+// this takes 6 for). Sums alone are too stiff by up to two, so they are taken times 0.6; and each
+// coarse level is solved by two steps of conjugate gradients around its own cycle (a K-cycle: Notay
+// and Vassilevski, Recursive Krylov-based multigrid cycles, Numer. Linear Algebra Appl. 15, 2008).
 // Smoothing is one Jacobi step before and after.
 #pragma once
 

@@ -36,7 +36,8 @@ std::optional<Error> refusal_of(const Material& material) {
   if (!(material.stiffness >= 1e-12 && material.stiffness <= 1e12)) {
     return refuse("expected a stiffness within 1e-12 to 1e12");
   }
-  if (!(material.rest_vector_blend >= 0.0 && material.rest_vector_blend <= 1.0)) {
+  const double blend = material.rest_vector_blend.value_or(0.0);
+  if (!(blend >= 0.0 && blend <= 1.0)) {
     return refuse("expected a rest-vector blend within 0 to 1");
   }
   if (material.yield_strain && !(*material.yield_strain > 0.0)) {

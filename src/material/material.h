@@ -26,10 +26,11 @@ struct Material {
                              // shear = 0, whatever stands above
   // The share of its springs, 0 to 1, that keeps the rest vector and not only the rest length: the
   // more, the further it can be compressed before it buckles, and the more it minds being turned.
-  double rest_vector_blend = 0.25;
+  // None: the table chooses (default_blend.h).
+  std::optional<double> rest_vector_blend{};
   // Strain of a link (change of its rest vector over its rest length, > 0) up to which it springs
   // back fully; what goes beyond stays when the handle is released. None: it never yields.
-  std::optional<double> yield_strain;
+  std::optional<double> yield_strain{};
 };
 
 // bad_input naming the material and what was expected: a limit outside its range, a stiffness

@@ -64,7 +64,7 @@ Material at(const Ramp& ramp, double along) {
   }
   level.stiffness = a.stiffness * std::pow(b.stiffness / a.stiffness, share);
   level.rest_vector_blend =
-      a.rest_vector_blend + share * (b.rest_vector_blend - a.rest_vector_blend);
+      *a.rest_vector_blend + share * (*b.rest_vector_blend - *a.rest_vector_blend);
   if (a.yield_strain != b.yield_strain) {
     level.yield_strain = 1.0 / std::lerp(shortness_at_yield(a), shortness_at_yield(b), share) - 1.0;
   }
@@ -77,7 +77,7 @@ double change_of(const Ramp& ramp) {
   if (std::nextafter(ramp.value_from, kInfinity) >= ramp.value_to) return 0.0;
   double most =
       std::max({std::abs(std::log(ramp.upper->stiffness / ramp.lower->stiffness)),
-                std::abs(ramp.upper->rest_vector_blend - ramp.lower->rest_vector_blend),
+                std::abs(*ramp.upper->rest_vector_blend - *ramp.lower->rest_vector_blend),
                 std::abs(shortness_at_yield(*ramp.upper) - shortness_at_yield(*ramp.lower))});
   if (!ramp.range->rigid) {
     for (const auto limit : {&Material::compress, &Material::stretch, &Material::shear}) {

@@ -25,7 +25,7 @@ inline constexpr int kMaxMaterials = 256;  // and levels: an id is 8 bits
 // rises without end, with no jump in it; y itself would be infinite all along it.
 enum class Interpolation : std::uint8_t { step, linear };
 
-// 1 to 256 materials by rising, disjoint ranges -> 1 to 256 levels by rising, touching ranges from
+// 1 to 256 materials, each with a blend, by rising, disjoint ranges -> 1 to 256 levels by rising, touching ranges from
 // -inf to inf. A gap between ranges belongs to the nearer one, its middle to the lower.
 //
 // Levels of a ramp are shared out so that the worst is as good as it can be: every middle has one

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "material/default_blend.h"
+
 #include "material/material_warnings.h"
 
 namespace maille {
@@ -51,11 +53,12 @@ Result<MaterialTable> MaterialTable::create(std::vector<Material> materials,
                        materials[i - 1].name + "\""};
     }
   }
+  give_default_blends(materials);
   MaterialTable table;
   for (const Material& level : levels_of(materials, interpolation)) {
     table.level_begins_.push_back(level.value_low);
     table.levels_.push_back({limits_of(level), static_cast<float>(1.0 / level.stiffness),
-                             static_cast<float>(level.rest_vector_blend), yield_strain_of(level),
+                             static_cast<float>(*level.rest_vector_blend), yield_strain_of(level),
                              level.fixed});
   }
   table.materials_ = std::move(materials);

@@ -53,7 +53,7 @@ class MaterialTable {
   static MaterialTable relative(double lowest, double highest,
                                 Interpolation interpolation = Interpolation::step);
 
-  // As given, by rising value; rigid ones with the limits that this means.
+  // As given, by rising value; rigid ones with the limits that this means, all with a blend.
   const std::vector<Material>& materials() const { return materials_; }
   Interpolation interpolation() const { return interpolation_; }
 

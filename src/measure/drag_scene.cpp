@@ -33,23 +33,6 @@ std::vector<std::uint8_t> samples_of(int edge, F&& value) {
   return samples;
 }
 
-// The tip of the nose, two voxels inside: the skin furthest towards -y, where a tissue's thickness
-// lies behind it.
-VoxelIndex nose_of(const Volume& head) {
-  constexpr double kSkin = -300.0;
-  const Size3 size = head.size();
-  for (int y = 0; y + 3 < size.y; ++y) {
-    for (int z = 0; z < size.z; ++z) {
-      for (int x = 0; x < size.x; ++x) {
-        if (head.value_at({x, y, z}) >= kSkin && head.value_at({x, y + 3, z}) >= kSkin) {
-          return {x, y + 2, z};
-        }
-      }
-    }
-  }
-  return size / 2;
-}
-
 }  // namespace
 
 Deformer DragScene::deformer() const {
@@ -219,6 +202,21 @@ DragScene anisotropic_scene(int edge, glm::dvec3 by_voxels) {
           {fibre},
           {},
           {VoxelIndex(edge / 2), 0.0, by_voxels}};
+}
+
+VoxelIndex nose_of(const Volume& head) {
+  constexpr double kSkin = -300.0;
+  const Size3 size = head.size();
+  for (int y = 0; y + 3 < size.y; ++y) {
+    for (int z = 0; z < size.z; ++z) {
+      for (int x = 0; x < size.x; ++x) {
+        if (head.value_at({x, y, z}) >= kSkin && head.value_at({x, y + 3, z}) >= kSkin) {
+          return {x, y + 2, z};
+        }
+      }
+    }
+  }
+  return size / 2;
 }
 
 Result<DragScene> head_scene(int edge, std::uint64_t seed, WorkerPool& pool) {

@@ -75,6 +75,10 @@ std::vector<Material> three_tissues();
 // One material of slack 0.2 along z and little to none along x and y and across: muscle, say.
 DragScene anisotropic_scene(int edge, glm::dvec3 by_voxels);
 
+// The tip of the nose of a head in Hounsfield units, two voxels inside: the skin furthest towards
+// -y, where a tissue's thickness lies behind it. The volume's middle where there is none.
+VoxelIndex nose_of(const Volume& head);
+
 // The built-in head with the CT materials, its nose grabbed. Errors: as make_phantom.
 Result<DragScene> head_scene(int edge, std::uint64_t seed, WorkerPool& pool);
 

@@ -14,6 +14,7 @@ constexpr double kPanelHeight = 340;  // of the drawing area
 constexpr double kAxisRoom = 62;      // left of a panel, for labels and the axis title
 constexpr double kNameLetter = 6.3;   // width of a letter of a name, for longer labels
 constexpr double kBelow = 52;         // below a panel, for the same
+constexpr double kAbove = 22;         // above a panel that is below another, for its title
 constexpr double kLineHeight = 18;
 constexpr double kZeroBand = 34;  // height of the place for 0
 
@@ -285,12 +286,23 @@ std::string drawn_series(const Series& series, const Ruler& x, const Ruler& y, g
 }  // namespace
 
 std::string to_svg(const Page& page) {
-  double width = kMargin;
-  for (const Panel& panel : page.panels) width += left_of(panel) + kPanelWidth + kMargin;
+  const std::size_t in_row = page.panels_in_row > 0 ? static_cast<std::size_t>(page.panels_in_row)
+                                                    : std::max<std::size_t>(1, page.panels.size());
+  const std::size_t panel_rows =
+      std::max<std::size_t>(1, (page.panels.size() + in_row - 1) / in_row);
+  double width = 0.0;
+  for (std::size_t first = 0; first < page.panels.size(); first += in_row) {
+    double row = kMargin;
+    for (std::size_t p = first; p < std::min(first + in_row, page.panels.size()); ++p) {
+      row += left_of(page.panels[p]) + kPanelWidth + kMargin;
+    }
+    width = std::max(width, row);
+  }
   const double top = kMargin + 30 + kLineHeight * static_cast<double>(page.notes.size()) + 26;
   const auto columns = static_cast<std::size_t>(std::max(1, page.legend_columns));
   const std::size_t rows = (page.legend.size() + columns - 1) / columns;
-  const double legend_top = top + kPanelHeight + kBelow + 14;
+  const double legend_top = top + static_cast<double>(panel_rows) * (kPanelHeight + kBelow + 14) +
+                            static_cast<double>(panel_rows - 1) * kAbove;
   const double height = legend_top + kLineHeight * static_cast<double>(rows) + kMargin / 2;
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(width) +
                     "\" height=\"" + number(height) + "\" viewBox=\"0 0 " + number(width) + " " +
@@ -304,8 +316,12 @@ std::string to_svg(const Page& page) {
                    "fill=\"#555555\"");
   }
   double left = kMargin;
-  for (const Panel& panel : page.panels) {
-    const glm::dvec2 origin(left + left_of(panel), top + kPanelHeight);
+  for (std::size_t p = 0; p < page.panels.size(); ++p) {
+    const Panel& panel = page.panels[p];
+    if (p % in_row == 0) left = kMargin;
+    const double row_top =
+        top + static_cast<double>(p / in_row) * (kPanelHeight + kBelow + 14 + kAbove);
+    const glm::dvec2 origin(left + left_of(panel), row_top + kPanelHeight);
     const Ruler x(panel.x, kPanelWidth, false);
     const Ruler y(panel.y, kPanelHeight, true);
     out += drawn_axes(panel, x, y, origin);

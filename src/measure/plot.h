@@ -1,4 +1,4 @@
-// Plots as SVG text: a page with a title, panels side by side and one legend for all of them.
+// Plots as SVG text: a page with a title, panels in rows and one legend for all of them.
 //
 // Only what the pages of this room need. gnuplot and matplotlib are the roads not taken: a page
 // should come out of the program itself on any machine, and be the same text for the same numbers.
@@ -63,6 +63,7 @@ struct Page {
   std::vector<Panel> panels;
   std::vector<LegendEntry> legend;  // down the columns
   int legend_columns = 4;
+  int panels_in_row = 0;  // 0: all
 };
 
 // UTF-8, well-formed whatever the texts hold. Points outside an axis are left out.

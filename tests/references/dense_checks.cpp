@@ -6,27 +6,14 @@
 
 namespace maille {
 
-DenseViolations dense_violations(const DenseProblem& problem, std::span<const glm::ivec3> u) {
-  const LinkBounds bounds(problem.materials);
-  DenseViolations found;
-  int worst = 0;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    for_each_neighbour(i, problem.size, [&](std::size_t j, int axis, int side) {
-      if (side < 0) return;  // counted from the other end
-      const LinkBound& bound = bounds.of(axis, problem.ids[i], problem.ids[j]);
-      const glm::ivec3 link = u[j] - u[i];
-      const glm::ivec3 excess = glm::max(link - bound.upper, bound.lower - link);
-      const int most = std::max({excess.x, excess.y, excess.z});
-      found.links += most > 0;
-      worst = std::max(worst, most);
-    });
-  }
-  found.worst_voxels = static_cast<double>(worst) / kUnitsPerVoxel;
-  return found;
-}
+namespace {
 
-std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u) {
-  std::int64_t folded = 0;
+// voxel: 1 voxel in the unit of u.
+template <class Vector>
+std::vector<std::uint8_t> folds(Size3 size, std::span<const Vector> u,
+                                typename Vector::value_type voxel,
+                                std::span<const std::uint8_t> removed) {
+  std::vector<std::uint8_t> folded(u.size(), 0);
   for (int z = 0; z + 1 < size.z; ++z) {
     for (int y = 0; y + 1 < size.y; ++y) {
       for (int x = 0; x + 1 < size.x; ++x) {
@@ -40,19 +27,63 @@ std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u) {
         if (rigid) continue;
         bool inside_out = false;
         for (int bits = 0; bits < 8; ++bits) {
+          bool whole = true;
+          for (int axis = 0; axis < 3 && !removed.empty(); ++axis) {
+            const std::size_t low = element_of(corner(bits & ~(1 << axis)), size);
+            whole = whole && !((removed[low] >> axis) & 1);
+          }
+          if (!whole) continue;
           const auto edge = [&](int axis) {
             const int low = bits & ~(1 << axis);
             const int high = bits | 1 << axis;
-            return glm::dvec3(kUnitsPerVoxel * (corner(high) - corner(low)) + u_of(high) -
-                              u_of(low));
+            return glm::dvec3(voxel * Vector(corner(high) - corner(low)) + u_of(high) - u_of(low));
           };
           inside_out = inside_out || glm::determinant(glm::dmat3(edge(0), edge(1), edge(2))) <= 0.0;
         }
-        folded += inside_out;
+        folded[element_of({x, y, z}, size)] = inside_out;
       }
     }
   }
   return folded;
+}
+
+std::int64_t count(const std::vector<std::uint8_t>& flags) {
+  return std::count(flags.begin(), flags.end(), 1);
+}
+
+}  // namespace
+
+DenseViolations dense_violations(const DenseProblem& problem, std::span<const glm::ivec3> u) {
+  const LinkBounds bounds(problem.materials);
+  DenseViolations found;
+  int worst = 0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    for_each_neighbour(i, problem.size, [&](std::size_t j, int axis, int side) {
+      if (side < 0) return;  // counted from the other end
+      if (link_removed(problem, i, j, axis, side)) return;
+      const LinkBound& bound = bounds.of(axis, problem.ids[i], problem.ids[j]);
+      const glm::ivec3 link = u[j] - u[i];
+      const glm::ivec3 excess = glm::max(link - bound.upper, bound.lower - link);
+      const int most = std::max({excess.x, excess.y, excess.z});
+      found.links += most > 0;
+      worst = std::max(worst, most);
+    });
+  }
+  found.worst_voxels = static_cast<double>(worst) / kUnitsPerVoxel;
+  return found;
+}
+
+std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u) {
+  return count(folds(size, u, kUnitsPerVoxel, {}));
+}
+
+std::int64_t dense_folded_cells(Size3 size, std::span<const glm::dvec3> u_voxels) {
+  return count(folds(size, u_voxels, 1.0, {}));
+}
+
+std::vector<std::uint8_t> dense_folds(Size3 size, std::span<const glm::ivec3> u,
+                                      std::span<const std::uint8_t> removed) {
+  return folds(size, u, kUnitsPerVoxel, removed);
 }
 
 }  // namespace maille

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "references/dense_problem.h"
 
@@ -18,5 +19,10 @@ DenseViolations dense_violations(const DenseProblem& problem, std::span<const gl
 // Cells between eight neighbouring elements whose trilinear map turns inside out (or goes flat) at
 // a corner.
 std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u);
+std::int64_t dense_folded_cells(Size3 size, std::span<const glm::dvec3> u_voxels);
+// Which they are: a flag an element, of the cell above it. Corners that a cut goes through (removed
+// as in DenseProblem; empty: none) fold nothing.
+std::vector<std::uint8_t> dense_folds(Size3 size, std::span<const glm::ivec3> u,
+                                      std::span<const std::uint8_t> removed);
 
 }  // namespace maille

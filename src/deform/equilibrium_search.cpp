@@ -1,0 +1,262 @@
+#include "deform/equilibrium_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/failure.h"
+#include "core/trace.h"
+#include "deform/half_resolution.h"
+#include "deform/spring_rows.h"
+
+namespace maille {
+namespace {
+
+// Energies are sums of floats: a rise beyond this share is a rise.
+constexpr double kEnergyNoise = 1e-7;
+constexpr double kLeastOfCorners = 0.1;
+// Elements near folding are settled to this share of what is left for all.
+constexpr double kSettled = 0.2;
+
+double dot(const BoxVectors& a, const BoxVectors& b, const SpringRun& run) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    sum += dot_of_run(&a[c][run.first], &b[c][run.first], run.count);
+  }
+  return sum;
+}
+
+}  // namespace
+
+// Sums over the rows of the free elements, in the order of the rows.
+template <std::size_t kSums, class F>
+std::array<double, kSums> EquilibriumSearch::over_rows(int margin, F&& f) {
+  const Size3 extent = box_->extent();
+  std::vector<std::array<double, kSums>> parts(static_cast<std::size_t>(extent.z));
+  pool_.for_each(extent.z - 2 * margin, [&](std::int64_t plane, int) {
+    auto& sums = parts[static_cast<std::size_t>(plane)];
+    sums.fill(0.0);
+    for (int y = margin; y < extent.y - margin; ++y) {
+      const std::int64_t row = box_->row(y, static_cast<int>(plane) + margin);
+      if (margin > 0 && box_->kind(row) == RowKind::held) continue;
+      const auto add = [&](const SpringRun& run) { f(run, sums); };
+      // The first element apart: the springs of the others of a row have a free end or none has.
+      if (margin == 0) for_each_run(*box_, row, 0, 1, add);
+      for_each_run(*box_, row, 1, extent.x - margin, add);
+    }
+  });
+  std::array<double, kSums> total{};
+  for (const auto& part : parts) {
+    for (std::size_t i = 0; i < kSums; ++i) total[i] += part[i];
+  }
+  return total;
+}
+
+EquilibriumSearch::EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool& pool)
+    : pool_(pool),
+      box_(std::move(box)),
+      multigrid_(*box_, pool),
+      guard_(*box_, pool),
+      forces_(make_box_vectors(box_->extent(), pool)),
+      moves_(make_box_vectors(box_->extent(), pool)),
+      direction_(make_box_vectors(box_->extent(), pool)),
+      share_of_corners_(kLeastOfCorners) {
+  energy_at_start_ = spring_energy() + guard_.energy();
+  check_finite(energy_at_start_);
+  // Below this a cycle takes less than making another box does.
+  constexpr std::int64_t kLarge = 10'000;
+  if (box_->free_elements() > kLarge) start_from_half_resolution();
+  aim(true);
+}
+
+double EquilibriumSearch::spring_energy() {
+  return over_rows<1>(0, [&](const SpringRun& run, auto& sums) {
+    sums[0] += spring_sums(*box_, run, direction_).energy;
+  })[0];
+}
+
+EquilibriumSearch::Rounded EquilibriumSearch::rounded() {
+  // Forces are made anew by each cycle: meanwhile their memory is free.
+  box_->round_to_fixed_point(forces_, pool_);
+  const std::int64_t folded = guard_.count_folded();
+  std::swap(box_->u_mm(), forces_);
+  const Rounded rounded{spring_energy() + guard_.energy(), guard_.count_folded() > folded};
+  std::swap(box_->u_mm(), forces_);
+  return rounded;
+}
+
+void EquilibriumSearch::start_from_half_resolution() {
+  const trace::Span span("relaxation at half resolution");
+  auto half = SpringBox::at_half_resolution(*box_, pool_);
+  if (half->free_elements() == 0) return;
+  BoxVectors before = make_box_vectors(half->extent(), pool_);
+  for (std::size_t c = 0; c < 3; ++c) before[c].take_values_of(half->u_mm()[c]);
+  EquilibriumSearch search(std::move(half), pool_);
+  // Finer differences than this are those between the two resolutions.
+  constexpr int kMostCycles = 12;
+  constexpr double kEnough_voxels = 0.02;
+  for (int i = 0; i < kMostCycles && search.rms_voxels() > kEnough_voxels; ++i) search.cycle();
+  const double furthest = interpolate_moves(search.box(), before, *box_, direction_, pool_);
+  // As far at a time as folds few cells, so that those between can follow.
+  constexpr int kMostParts = 8;
+  double left = 1.0;
+  for (int part = 0; part < kMostParts && left > 1e-3; ++part) {
+    left -= guard_.advance(direction_, left, furthest, kSettled * search.rms_voxels());
+  }
+}
+
+void EquilibriumSearch::cycle() {
+  const trace::Span span("relaxation cycle");
+  static_cast<void>(
+      guard_.advance(direction_, step_, step_ * furthest_voxels_, kSettled * rms_voxels_));
+  aim(false);
+}
+
+// Forces of the state as it is; moves become stale.
+void EquilibriumSearch::compute_forces() {
+  const trace::Span span("spring forces");
+  static_cast<void>(over_rows<1>(1, [&](const SpringRun& run, auto&) {
+    RunVectors force;
+    spring_forces(*box_, run, force);
+    const std::uint8_t* const free = box_->free_flags() + run.first;
+    const float* const parts[3] = {force.x, force.y, force.z};
+    for (std::size_t c = 0; c < 3; ++c) {
+      float* const to = &forces_[c][run.first];
+      for (int x = 0; x < run.count; ++x) to[x] = free[x] ? parts[c][x] : 0.0f;
+    }
+  }));
+  guard_.add_forces(forces_);
+}
+
+// The direction and length of the next step, and what can be told from them.
+void EquilibriumSearch::aim(bool first) {
+  compute_forces();
+  double old_moves_dot_forces = 0.0;
+  if (!first) {
+    old_moves_dot_forces = over_rows<1>(
+        1, [&](const SpringRun& run, auto& sums) { sums[0] += dot(moves_, forces_, run); })[0];
+  }
+  multigrid_.solve(forces_, moves_);
+  const auto now = over_rows<2>(1, [&](const SpringRun& run, auto& sums) {
+    sums[0] += dot(moves_, forces_, run);
+    sums[1] += dot(moves_, moves_, run);
+  });
+  check_finite(now[0] + now[1]);
+  const double keep = first || !(moves_dot_forces_ > 0.0)
+                          ? 0.0
+                          : std::max(0.0, (now[0] - old_moves_dot_forces) / moves_dot_forces_);
+  moves_dot_forces_ = now[0];
+  double slope = turn(static_cast<float>(keep));
+  if (!(slope > 0.0) && keep > 0.0) slope = turn(0.0f);
+  measure(slope, now[1], first);
+}
+
+// direction = moves + keep * direction; returns its dot product with the forces.
+double EquilibriumSearch::turn(float keep) {
+  const trace::Span span("direction");
+  return over_rows<1>(1, [&](const SpringRun& run, auto& sums) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* const from = &moves_[c][run.first];
+      float* const to = &direction_[c][run.first];
+      for (int x = 0; x < run.count; ++x) to[x] = from[x] + keep * to[x];
+    }
+    sums[0] += dot(direction_, forces_, run);
+  })[0];
+}
+
+void EquilibriumSearch::measure(double slope, double moves_squared, bool first) {
+  const trace::Span span("spring energy");
+  const auto sums = over_rows<2>(0, [&](const SpringRun& run, auto& total) {
+    const SpringSums of_run = spring_sums(*box_, run, direction_);
+    total[0] += of_run.energy;
+    total[1] += of_run.curvature;
+  });
+  check_finite(sums[0] + sums[1]);
+  const double energy = sums[0] + guard_.energy();
+  if (!first && energy > energy_ * (1.0 + kEnergyNoise)) {
+    caution_ = std::max(0.5 * caution_, 1.0 / 64.0);
+    share_of_corners_ = std::min(1.0, 3.0 * share_of_corners_);
+  } else {
+    caution_ = std::min(1.0, 2.0 * caution_);
+    share_of_corners_ = std::max(kLeastOfCorners, 0.8 * share_of_corners_);
+  }
+  // Settling takes back most of what a step costs the corners: counted in full, a few of them
+  // would shorten every step (measured with all of it, a third, a tenth and a thirtieth).
+  const double folds = share_of_corners_ * guard_.curvature(direction_);
+  const double curvature = sums[1] + folds;
+  energy_ = first ? energy : std::min(energy, energy_);
+  const double full = length_of_step(slope, curvature, folds);
+  step_ = caution_ * full;
+  estimate(full, moves_squared);
+}
+
+// To the least energy along the direction; no further than is safe from any state where the
+// energy bends down, as a lattice about to buckle does.
+double EquilibriumSearch::length_of_step(double slope, double curvature, double folds) {
+  if (!(slope > 0.0)) return 0.0;
+  // No curvature exceeds five times what multigrid inverts, near rest (stiffness_multigrid.h).
+  constexpr double kLongestStep = 20.0;
+  if (curvature > slope / kLongestStep) return slope / curvature;
+  const double bound =
+      over_rows<1>(0, [&](const SpringRun& run,
+                          auto& sums) { sums[0] += spring_bound(*box_, run, direction_); })[0] +
+      std::max(0.0, folds);
+  return bound > 0.0 ? slope / bound : 0.0;
+}
+
+void EquilibriumSearch::estimate(double step, double moves_squared) {
+  const glm::dvec3 voxels_from_mm = 1.0 / box_->spacing_mm();
+  const Size3 extent = box_->extent();
+  struct Largest {
+    double move = 0.0;
+    double direction = 0.0;
+  };
+  std::vector<Largest> parts(static_cast<std::size_t>(extent.z));
+  pool_.for_each(extent.z, [&](std::int64_t plane, int) {
+    const std::int64_t begin = plane * extent.x * extent.y;
+    const auto largest = [&](const BoxVectors& v) {
+      return std::sqrt(double{largest_square(&v[0][begin], &v[1][begin], &v[2][begin],
+                                             glm::vec3(voxels_from_mm), extent.x * extent.y)});
+    };
+    parts[static_cast<std::size_t>(plane)] = {largest(moves_), largest(direction_)};
+  });
+  Largest all;
+  for (const Largest& part : parts) {
+    all.move = std::max(all.move, part.move);
+    all.direction = std::max(all.direction, part.direction);
+  }
+  furthest_voxels_ = all.direction;
+  largest_voxels_ = step * all.move;
+  const double mm = std::sqrt(moves_squared / static_cast<double>(box_->free_elements()));
+  rms_voxels_ = step * mm * std::cbrt(voxels_from_mm.x * voxels_from_mm.y * voxels_from_mm.z);
+}
+
+void EquilibriumSearch::check_finite(double sum) const {
+  if (std::isfinite(sum)) return;
+  const SpringBox& box = *box_;
+  const VoxelBox& free = box.free_box();
+  for (int z = free.lo.z - 1; z <= free.hi.z; ++z) {
+    for (int y = free.lo.y - 1; y <= free.hi.y; ++y) {
+      for (int x = free.lo.x - 1; x <= free.hi.x; ++x) {
+        const std::int64_t e = box.element(VoxelIndex{x, y, z});
+        for (const auto& u : box.u_mm()) {
+          if (std::isfinite(u[e])) continue;
+          throw Failure({ErrorKind::failed, "relaxation: the displacement of element (" +
+                                                std::to_string(x) + ", " + std::to_string(y) +
+                                                ", " + std::to_string(z) +
+                                                ") is not a finite number"});
+        }
+      }
+    }
+  }
+  throw Failure({ErrorKind::failed, "relaxation: the energy is not a finite number"});
+}
+
+std::int64_t EquilibriumSearch::bytes() const {
+  return box_->bytes() + multigrid_.bytes() + bytes_of(forces_) + bytes_of(moves_) +
+         bytes_of(direction_);
+}
+
+}  // namespace maille

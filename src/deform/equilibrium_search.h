@@ -1,0 +1,75 @@
+// The search for the least energy of a box of springs: relaxation.h says how and why.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+
+#include "core/parallel.h"
+#include "deform/box_array.h"
+#include "deform/fold_guard.h"
+#include "deform/spring_box.h"
+#include "deform/stiffness_multigrid.h"
+
+namespace maille {
+
+class EquilibriumSearch {
+ public:
+  // From the state the box is in, or, in a large box, from the equilibrium of the same box at half
+  // the resolution, found the same way: what has far to go goes there at an eighth of the cost.
+  // Throws std::bad_alloc; Failure as cycle() does.
+  EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool& pool);
+
+  // One step and the aim of the next. Throws Failure where the state is not finite any more, naming
+  // the voxel.
+  void cycle();
+
+  const SpringBox& box() const { return *box_; }
+  // Of all springs and corners with a free end, stiffness * mm^2.
+  double energy() const { return energy_; }
+  double energy_at_start() const { return energy_at_start_; }  // of the state the box was in
+  // The state in fixed point, as SpringBox::lattice() gives it.
+  struct Rounded {
+    double energy = 0.0;
+    bool folds = false;  // a corner that is open here
+  };
+  Rounded rounded();
+  // Estimated distances to equilibrium, of all elements and of the furthest.
+  double rms_voxels() const { return rms_voxels_; }
+  double largest_voxels() const { return largest_voxels_; }
+  std::int64_t folded_corners() const { return guard_.folded(); }
+  std::int64_t bytes() const;
+
+ private:
+  template <std::size_t kSums, class F>
+  std::array<double, kSums> over_rows(int margin, F&& f);
+
+  double spring_energy();
+  void start_from_half_resolution();
+  void aim(bool first);
+  void compute_forces();
+  double turn(float keep);
+  void measure(double slope, double moves_squared, bool first);
+  double length_of_step(double slope, double curvature, double folds);
+  void estimate(double step, double moves_squared);
+  void check_finite(double sum) const;
+
+  WorkerPool& pool_;
+  std::unique_ptr<SpringBox> box_;
+  StiffnessMultigrid multigrid_;
+  FoldGuard guard_;
+  BoxVectors forces_;
+  BoxVectors moves_;      // what multigrid makes of them
+  BoxVectors direction_;  // of the next step
+  double step_ = 0.0;
+  double furthest_voxels_ = 0.0;  // of a step of 1
+  double moves_dot_forces_ = 0.0;
+  double caution_ = 1.0;           // share of the step that is taken
+  double share_of_corners_ = 0.0;  // of their curvature that counts
+  double energy_ = 0.0;
+  double energy_at_start_ = 0.0;
+  double rms_voxels_ = std::numeric_limits<double>::infinity();
+  double largest_voxels_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace maille
