@@ -113,7 +113,9 @@ void add_global_options(CLI::App& app, GlobalOptions& global) {
                    "bits for any number of threads");
   add_byte_size(app, "--lattice-memory", global.lattice_memory_bytes,
                 "What displacements may take in memory, those of undo steps included; the rest "
-                "goes to a scratch file, and what moves at once must fit (default: no limit)");
+                "goes to a scratch file, and what moves at once must fit (default: no limit). "
+                "Relaxation takes what the lattice leaves of it, or a quarter of the machine's "
+                "memory without it, and relaxes what surrounds the drag where that is too little");
   add_byte_size(app, "--undo-memory", global.undo_memory_bytes,
                 "What undo may hold; the oldest steps beyond it are dropped (default 1G)");
   app.add_flag("--quiet", global.quiet, "Say only what went wrong");

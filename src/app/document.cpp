@@ -260,7 +260,7 @@ Result<void> Document::relax(const RelaxAction& action) {
     s.residual_voxels = progress.residual_voxels;
     s.residual_rms_voxels = progress.residual_rms_voxels;
   }
-  s.free_elements = progress.free_elements;
+  s.free_elements = std::max(s.free_elements, progress.free_elements);
   s.folded_corners = progress.folded_corners;
   s.region_limited = s.region_limited || progress.region_limited;
   s.energy_last = progress.energy_last;

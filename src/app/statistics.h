@@ -57,8 +57,8 @@ struct RunStatistics {
     // known: both are then absent and residual_known is false.
     std::optional<double> residual_voxels = 0.0;
     std::optional<double> residual_rms_voxels = 0.0;
-    std::int64_t free_elements = 0;   // of the last one
-    std::int64_t folded_corners = 0;  // at the end of it: what ChainMail left folded
+    std::int64_t free_elements = 0;   // the most at once
+    std::int64_t folded_corners = 0;  // at the end of the last: ChainMail left them
     bool region_limited = false;      // memory did not allow for all that would move
     std::optional<std::string>
         stiffness_clamped;  // a sentence: springs are not what the table says

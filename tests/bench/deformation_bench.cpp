@@ -6,11 +6,14 @@
 //   cmake --preset release -DMAILLE_BENCHMARKS=ON && cmake --build --preset release
 //   build/release/tests/bench_deformation --benchmark_repetitions=7
 //                                         --benchmark_report_aggregates_only=true
+#include <optional>
 #include <random>
 
 #include <benchmark/benchmark.h>
 
 #include "deform/deformer.h"
+#include "deform/spring_box.h"
+#include "deform/spring_rows.h"
 #include "resample/resampler.h"
 
 namespace maille {
@@ -65,20 +68,68 @@ void label(benchmark::State& state) {
   state.SetLabel(kNames[state.range(0)]);
 }
 
-void relaxation(benchmark::State& state) {
+Deformer dragged(benchmark::State& state) {
   label(state);
   Deformer deformer = scene(static_cast<Scene>(state.range(0)));
   static_cast<void>(deformer.begin_stroke(kSize / 2, 4));
   drag(deformer);
-  WorkerPool pool(1);
-  Relaxation relaxation = deformer.relax(pool, {});
-  const std::int64_t before = relaxation.progress().element_updates;
-  for (auto _ : state) relaxation.iterate();
-  state.counters["updates/s"] =
-      benchmark::Counter(static_cast<double>(relaxation.progress().element_updates - before),
-                         benchmark::Counter::kIsRate);
+  return deformer;
 }
-BENCHMARK(relaxation)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
+
+// The forces of all springs on all elements once: what the paper calls an update.
+void plain_sweep(benchmark::State& state) {
+  const Deformer deformer = dragged(state);
+  const RelaxationStart start = deformer.relaxation_start(0.01);
+  WorkerPool pool(1);
+  const SpringBox box({start.lattice, start.materials, start.cuts, start.held, start.anchors},
+                      {VoxelIndex(1), kSize - 1}, pool);
+  const Size3 extent = box.extent();
+  RunVectors forces;
+  for (auto _ : state) {
+    for (int z = 1; z < extent.z - 1; ++z) {
+      for (int y = 1; y < extent.y - 1; ++y) {
+        for_each_run(box, box.row(y, z), 1, extent.x - 1, [&](const SpringRun& run) {
+          spring_forces(box, run, forces);
+          benchmark::DoNotOptimize(forces);
+        });
+      }
+    }
+  }
+  state.counters["updates/s"] = benchmark::Counter(static_cast<double>(box.free_elements()),
+                                                   benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(plain_sweep)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
+
+void relaxation_set_up(benchmark::State& state) {
+  const Deformer deformer = dragged(state);
+  WorkerPool pool(1);
+  std::int64_t elements = 0;
+  for (auto _ : state) elements += deformer.relax(pool, {}).progress().free_elements;
+  state.counters["elements/s"] =
+      benchmark::Counter(static_cast<double>(elements), benchmark::Counter::kIsRate);
+}
+BENCHMARK(relaxation_set_up)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
+
+// From the drag to equilibrium and again.
+void relaxation_cycle(benchmark::State& state) {
+  const Deformer deformer = dragged(state);
+  WorkerPool pool(1);
+  std::optional<Relaxation> relaxation;
+  std::int64_t updates = 0;
+  for (auto _ : state) {
+    if (!relaxation || relaxation->progress().finished()) {
+      state.PauseTiming();
+      relaxation.reset();
+      relaxation.emplace(deformer.relax(pool, {}));
+      state.ResumeTiming();
+    }
+    const std::int64_t before = relaxation->progress().element_updates;
+    updates += relaxation->iterate().element_updates - before;
+  }
+  state.counters["updates/s"] =
+      benchmark::Counter(static_cast<double>(updates), benchmark::Counter::kIsRate);
+}
+BENCHMARK(relaxation_cycle)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
 
 void resample(benchmark::State& state) {
   label(state);

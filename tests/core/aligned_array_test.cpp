@@ -93,6 +93,25 @@ TEST(AlignedArray, NoMoreThanTheBoundIsKept) {
   }
 }
 
+TEST(AlignedArray, LargeOnesAreMappedAndGivenBack) {
+  for (const std::size_t bytes :
+       {kLargeBytes - 1, kLargeBytes, kLargeBytes + 1, 3 * kLargeBytes + 4097}) {
+    std::vector<AlignedArray<std::uint8_t>> arrays;
+    for (std::uint8_t n = 0; n < 40; ++n) {
+      arrays.push_back(make_aligned_array<std::uint8_t>(bytes));
+      EXPECT_TRUE(on_a_cache_line(arrays.back()));
+      // One in three lives on beside the ones made after it.
+      std::memset(arrays.back().get(), n, bytes);
+      if (n % 3) arrays.back().reset();
+    }
+    for (std::uint8_t n = 0; n < 40; n = static_cast<std::uint8_t>(n + 3)) {
+      EXPECT_EQ(arrays[n][0], n);
+      EXPECT_EQ(arrays[n][bytes / 2], n);
+      EXPECT_EQ(arrays[n][bytes - 1], n);
+    }
+  }
+}
+
 TEST(AlignedArray, WhatIsTooLargeIsThrown) {
   if (!kKeeps) GTEST_SKIP() << "sanitizers end the program instead";
   const std::size_t kept = kept_block_bytes();
