@@ -191,8 +191,7 @@ Result<RelaxationError::Scene> measure_scene(const RelaxationScene& scene,
 
   RelaxationOptions product;
   product.tolerance_voxels = options.tolerance_voxels;
-  SpringProblem problem = spring_problem_of(deformer, std::span(&drag.grab, 1), scene.anchors,
-                                            product.rest_vector_blend);
+  SpringProblem problem = spring_problem_of(deformer, std::span(&drag.grab, 1), scene.anchors);
   problem.fold = options.fold;
   out.folded_at_start = dense_folded_cells(problem.size, problem.start_voxels);
 

@@ -1,6 +1,7 @@
 // A deformed scene as the spring references see it.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "measure/stroke.h"
@@ -10,9 +11,10 @@ namespace maille {
 
 // The springs of a deformer's lattice as it lies now, without a fold rule: what holds are the balls
 // of the grabs, fixed materials, stated anchors, and the border where none are stated, as
-// Deformer::relax() has it with these grabs pinned. A blend for all materials.
+// Deformer::relax() has it with these grabs pinned. A blend for all materials; none: the table's.
 SpringProblem spring_problem_of(const Deformer& deformer, std::span<const Grab> pinned,
-                                const AnchorRules& anchors, double rest_vector_blend);
+                                const AnchorRules& anchors,
+                                std::optional<double> rest_vector_blend = std::nullopt);
 
 // Displacements in double precision, of each element, x fastest.
 DisplacementField displacements_of(const Lattice& lattice);

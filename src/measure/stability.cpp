@@ -176,11 +176,6 @@ class Watch {
     row_.folded_last = count;
     row_.folded_most = std::max(row_.folded_most, count);
     row_.newly_folded = std::max(row_.newly_folded, fresh);
-    if (getenv("DBG")) {
-      const auto mm = mm_of(u_voxels_, problem_.spacing_mm);
-      if (first_) dbg_ = mm;
-      fprintf(stderr, "   folded %ld fresh %ld turned unrounded %zu least J %g E %.9g\n", long(count), long(fresh), springs_.turning(dbg_, mm).size() / 4, springs_.least_determinant(mm), row_.energy_last);
-    }
   }
 
   const SpringProblem& problem_;
@@ -189,7 +184,7 @@ class Watch {
   bool first_ = true;
   DisplacementField u_voxels_;
   double published_ = 0.0;
-  std::vector<std::uint8_t> folded_first_; DisplacementField dbg_;
+  std::vector<std::uint8_t> folded_first_;
 };
 
 void relax(const Deformer& deformer, const StabilityOptions& options, WorkerPool& pool,
@@ -254,19 +249,14 @@ Result<Row> measure_case(const StabilityCase& asked, const StabilityOptions& opt
   Deformer deformer(asked.volume, *std::move(table), asked.anchors);
   if (auto dragged = drag(asked, deformer, pool, row); !dragged) return dragged.error();
 
-  SpringProblem problem = spring_problem_of(deformer, asked.grabs, asked.anchors, 0.0);
-  const MaterialTable& materials = deformer.materials().table();
-  for (std::size_t m = 0; m < problem.materials.size(); ++m) {
-    problem.materials[m].rest_vector_blend =
-        double{materials.rest_vector_blend(static_cast<MaterialId>(m))};
-  }
+  SpringProblem problem = spring_problem_of(deformer, asked.grabs, asked.anchors);
   problem.fold = kFoldRule;
   hold_loose_pieces(problem, pool);
   if (asked.start.empty()) {
     const auto u = fixed_point(deformer.lattice());
     DenseProblem links;
     links.size = problem.size;
-    links.materials = materials.materials();
+    links.materials = deformer.materials().table().materials();
     links.ids = problem.ids;
     links.removed = problem.removed;
     row.violated_links = dense_violations(links, u).links;
