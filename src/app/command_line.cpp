@@ -248,7 +248,7 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
       ->delimiter(',')
       ->check(CLI::IsMember(stability_groups()))
       ->type_name("NAME,...");
-  stability.add_option("--edge", o.edge, "Of the blocks, voxels (default 20)")
+  stability.add_option("--edge", o.edge, "Of the blocks, voxels (default 12)")
       ->check(CLI::Range(8, 64).description(""))
       ->type_name("N");
   add_output(stability);

@@ -15,7 +15,11 @@ SpringProblem spring_problem_of(const Deformer& deformer, std::span<const Grab> 
   SpringProblem problem;
   problem.size = field.size();
   problem.spacing_mm = field.spacing_mm();
-  problem.materials = spring_materials(field.table().materials(), rest_vector_blend);
+  problem.materials = spring_materials(field.table().materials(), rest_vector_blend.value_or(0.0));
+  for (std::size_t m = 0; m < problem.materials.size() && !rest_vector_blend; ++m) {
+    problem.materials[m].rest_vector_blend =
+        double{field.table().rest_vector_blend(static_cast<MaterialId>(m))};
+  }
   problem.ids.resize(static_cast<std::size_t>(voxel_count(problem.size)));
   field.read({VoxelIndex(0), problem.size}, problem.ids);
   problem.start_voxels = displacements_of(deformer.lattice());

@@ -176,13 +176,6 @@ class Watch {
     row_.folded_last = count;
     row_.folded_most = std::max(row_.folded_most, count);
     row_.newly_folded = std::max(row_.newly_folded, fresh);
-    if (getenv("DBG")) {
-      const auto mm = mm_of(u_voxels_, problem_.spacing_mm);
-      if (first_) dbg_ = mm;
-      fprintf(stderr, "   folded %ld fresh %ld turned unrounded %zu least J %g E %.9g\n",
-              long(count), long(fresh), springs_.turning(dbg_, mm).size() / 4,
-              springs_.least_determinant(mm), row_.energy_last);
-    }
   }
 
   const SpringProblem& problem_;
@@ -192,7 +185,6 @@ class Watch {
   DisplacementField u_voxels_;
   double published_ = 0.0;
   std::vector<std::uint8_t> folded_first_;
-  DisplacementField dbg_;
 };
 
 void relax(const Deformer& deformer, const StabilityOptions& options, WorkerPool& pool,
@@ -235,7 +227,7 @@ void compare(SpringProblem& problem, DisplacementField u_voxels, WorkerPool& poo
   problem.start_voxels = std::move(u_voxels);
   EquilibriumOptions options;
   options.tolerance_voxels = 1e-5;
-  options.most_newton_steps = 25;
+  options.most_newton_steps = 10;  // from where relaxation ended it takes three or four
   options.most_cg_steps = 300;
   const Equilibrium equilibrium = spring_equilibrium(problem, pool, options);
   row.reference_converged = equilibrium.converged;
@@ -258,14 +250,13 @@ Result<Row> measure_case(const StabilityCase& asked, const StabilityOptions& opt
   if (auto dragged = drag(asked, deformer, pool, row); !dragged) return dragged.error();
 
   SpringProblem problem = spring_problem_of(deformer, asked.grabs, asked.anchors);
-  const MaterialTable& materials = deformer.materials().table();
   problem.fold = kFoldRule;
   hold_loose_pieces(problem, pool);
   if (asked.start.empty()) {
     const auto u = fixed_point(deformer.lattice());
     DenseProblem links;
     links.size = problem.size;
-    links.materials = materials.materials();
+    links.materials = deformer.materials().table().materials();
     links.ids = problem.ids;
     links.removed = problem.removed;
     row.violated_links = dense_violations(links, u).links;

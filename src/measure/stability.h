@@ -21,12 +21,12 @@ namespace maille {
 
 struct StabilityOptions {
   int threads = 2;
-  int edge = 20;  // of the blocks, voxels
+  int edge = 12;  // of the blocks, voxels
   std::uint64_t seed = 1;
   std::vector<std::string> groups;  // of the sweep; none: all
   double tolerance_voxels = 0.01;
   std::int64_t most_iterations = 300;
-  double most_seconds = 5.0;  // of one relaxation
+  double most_seconds = 2.0;  // of one relaxation
   std::function<void(const std::string&)> progress = [](const std::string&) {};
 };
 

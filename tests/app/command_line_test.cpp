@@ -44,8 +44,10 @@ TEST(CommandLine, EveryCommandHasHelp) {
 }
 
 TEST(CommandLine, MeasureHasHelpForEachPage) {
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{"measure"}, {"measure", "speed"}, {"measure", "error"}}) {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"measure"},
+                                                {"measure", "speed"},
+                                                {"measure", "error"},
+                                                {"measure", "stability"}}) {
     auto with_help = words;
     with_help.push_back("--help");
     const auto run = run_maille(with_help);
@@ -62,7 +64,7 @@ TEST(CommandLine, MeasureRefusesBeforeItWorks) {
   expect_refused({"measure", "table1", "-o", out}, 2);
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"measure"}, {"measure", "table1", "-o", out}}) {
-    EXPECT_NE(run_maille(words).err.find("measure: expected one of speed, error"),
+    EXPECT_NE(run_maille(words).err.find("measure: expected one of speed, error, stability"),
               std::string::npos);
   }
   expect_refused({"measure", "speed"}, 2);
@@ -72,11 +74,17 @@ TEST(CommandLine, MeasureRefusesBeforeItWorks) {
   EXPECT_NE(run_maille({"measure", "error", "--stage", "render", "-o", out}).err.find("chainmail"),
             std::string::npos);
   expect_refused({"measure", "speed", "-o", out, "more"}, 2);
+  expect_refused({"measure", "stability"}, 2);
+  expect_refused({"measure", "stability", "-o", out, "--groups", "none_such"}, 2);
+  EXPECT_NE(run_maille({"measure", "stability", "-o", out, "--groups", "x"}).err.find("coincident"),
+            std::string::npos);
+  expect_refused({"measure", "stability", "-o", out, "--edge", "3"}, 2);
   EXPECT_FALSE(std::filesystem::exists(out));
   write_file(folder / "file", "x");
   for (const auto* const place : {"file", "file/below"}) {
     expect_refused({"measure", "speed", "-o", folder(place)}, 6);
     expect_refused({"measure", "error", "--stage", "chainmail", "-o", folder(place)}, 6);
+    expect_refused({"measure", "stability", "-o", folder(place)}, 6);
   }
 }
 
