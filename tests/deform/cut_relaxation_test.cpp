@@ -9,9 +9,10 @@
 #include "deform/cutting.h"
 #include "deform/missing_springs.h"
 #include "deform/relaxation.h"
-#include "tests/deform/equilibrium.h"
+#include "references/dense_problem.h"
 #include "tests/deform/lattices.h"
 #include "tests/deform/scenes.h"
+#include "tests/deform/spring_twin.h"
 
 namespace maille {
 namespace {
@@ -21,10 +22,22 @@ using testing::for_each_voxel;
 using testing::lattice_of;
 using testing::material;
 using testing::random_volume;
-using testing::spring_left;
+using testing::spring_materials_of;
+using testing::spring_twin;
 using testing::table;
 
 constexpr AnchorRules kFree{0, true};
+
+// By the reference's own rule: see dense_springs.h.
+bool spring_left(const DenseSprings& reference, VoxelIndex a, VoxelIndex b) {
+  for (int s = 0; s < DenseSprings::kForward; ++s) {
+    const glm::ivec3 offset = DenseSprings::kOffsets[static_cast<std::size_t>(s)];
+    if (b - a == offset) return reference.has_spring(element_of(a, reference.size()), s);
+    if (a - b == offset) return reference.has_spring(element_of(b, reference.size()), s);
+  }
+  ADD_FAILURE() << "no spring is that long";
+  return false;
+}
 
 Cuts with_disc(const Cuts& cuts, const Lattice& lattice, glm::dvec3 center, glm::dvec3 normal,
                double radius) {
@@ -59,6 +72,10 @@ TEST(MissingSprings, AreThoseWithoutAWay) {
   cuts = with_disc(cuts, rest, {20, 31.5, 31.5}, {1, 2, -2}, 9.0);
   cuts = carve(cuts, rest, {31, 31, 31}, 2.5);
   cuts = carve(cuts, rest, {0, 0, 0}, 1.0);
+  WorkerPool pool(1);
+  const SpringProblem twin =
+      spring_twin(testing::constant_volume(size), spring_materials_of({1.0}, 0.25), rest, cuts);
+  const DenseSprings reference(twin, pool);
   std::int64_t missing_in_all = 0;
   std::int64_t brick = -1;
   std::vector<std::uint32_t> missing;
@@ -70,7 +87,7 @@ TEST(MissingSprings, AreThoseWithoutAWay) {
     for (std::size_t s = 0; s < springs.size(); ++s) {
       const VoxelIndex j = i + springs[s].offset;
       if (!contains(size, j)) continue;  // no spring either way
-      const bool expected = !spring_left(cuts, i, j);
+      const bool expected = !spring_left(reference, i, j);
       missing_in_all += expected;
       ASSERT_EQ(((bits >> s) & 1) != 0, expected);
       if (cuts.carved(i)) {
@@ -168,40 +185,38 @@ TEST_P(CutRelaxationReference, EndsAtNewtonsEquilibrium) {
   cuts = carve(cuts, start, glm::dvec3(handle_at) - glm::dvec3(2, 0.5, 1), 1.1);
   ASSERT_FALSE(cuts.empty());
 
-  std::vector<glm::dvec3> start_mm;
-  std::vector<bool> held;
-  for_each_voxel(size, [&](VoxelIndex v) {
-    bool alone = true;
-    for (const Spring& spring : springs_of(spacing_mm)) {
-      const VoxelIndex other = v + spring.offset;
-      alone = alone && !(contains(size, other) && spring_left(cuts, v, other));
-    }
-    if (cuts.carved(v)) {
-      EXPECT_TRUE(alone);
-    }
-    start_mm.push_back(start.displacement_voxels(v) * spacing_mm);
-    held.push_back(alone || handle.contains(v, start.grid()) || faces_of(v, size) != 0);
-  });
   RelaxationOptions options;
   options.tolerance_voxels = 0.001;
   WorkerPool pool(1);
   Relaxation relaxation(start, deformer.materials(), cuts, handle, {}, pool, options);
   EXPECT_TRUE(run(relaxation, 100000).converged);
-  const auto expected =
-      testing::equilibrium(volume, stiffness, cuts, held, start_mm, options.rest_vector_blend);
-  const auto uncut = testing::equilibrium(volume, stiffness, Cuts(size), held, start_mm,
-                                          options.rest_vector_blend);
+  const auto materials = spring_materials_of(stiffness, options.rest_vector_blend);
+  SpringProblem problem = spring_twin(volume, materials, start, cuts);
+  const DenseSprings springs(problem, pool);
+  for_each_voxel(size, [&](VoxelIndex v) {
+    const std::size_t i = element_of(v, size);
+    if (cuts.carved(v)) {
+      EXPECT_TRUE(springs.held(i));  // alone
+    }
+    problem.held[i] = handle.contains(v, start.grid()) || faces_of(v, size) != 0;
+  });
+  const Equilibrium expected = spring_equilibrium(problem, pool);
+  EXPECT_TRUE(expected.converged);
+  SpringProblem whole = problem;
+  whole.removed.clear();
+  const Equilibrium uncut = spring_equilibrium(whole, pool);
+  EXPECT_TRUE(uncut.converged);
   const Lattice lattice = relaxation.lattice();
   double worst = 0.0;
   double difference = 0.0;
-  std::size_t i = 0;
   for_each_voxel(size, [&](VoxelIndex v) {
-    worst = std::max(worst, glm::length(lattice.displacement_voxels(v) - expected[i] / spacing_mm));
-    difference = std::max(difference, glm::length((expected[i] - uncut[i]) / spacing_mm));
-    if (held[i]) {
+    const std::size_t i = element_of(v, size);
+    const glm::dvec3 there = expected.u_voxels[i];
+    worst = std::max(worst, glm::length(lattice.displacement_voxels(v) - there));
+    difference = std::max(difference, glm::length(there - uncut.u_voxels[i]));
+    if (problem.held[i] || springs.held(i)) {
       EXPECT_EQ(lattice.u(v), start.u(v));
     }
-    ++i;
   });
   EXPECT_LT(worst, 0.005);      // tolerance, and rounding to 1/512 voxel
   EXPECT_GT(difference, 0.05);  // the cut does matter here

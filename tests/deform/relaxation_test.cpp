@@ -4,19 +4,22 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/deform/equilibrium.h"
+#include "references/dense_problem.h"
 #include "tests/deform/lattices.h"
 #include "tests/deform/scenes.h"
+#include "tests/deform/spring_twin.h"
 
 namespace maille {
 namespace {
 
 using testing::constant_volume;
 using testing::equal;
-using testing::equilibrium;
+using testing::for_each_voxel;
 using testing::lattice_of;
 using testing::material;
 using testing::random_volume;
+using testing::spring_materials_of;
+using testing::spring_twin;
 using testing::table;
 using testing::workers;
 
@@ -111,17 +114,6 @@ TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
   ASSERT_TRUE(deformer.drag_to({1.1, -0.4, 0.5}, workers()).ok());
   deformer.end_stroke();
   const ElementSet handle = ball_of_elements({4, 4, 3}, 1, deformer.lattice().grid());
-  std::vector<glm::dvec3> start;
-  std::vector<bool> held;
-  for (int z = 0; z < size.z; ++z) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x) {
-        start.push_back(deformer.lattice().displacement_voxels({x, y, z}) * spacing_mm);
-        held.push_back(handle.contains({x, y, z}, deformer.lattice().grid()) ||
-                       faces_of({x, y, z}, size) != 0);
-      }
-    }
-  }
   RelaxationOptions options;
   options.tolerance_voxels = 0.001;
   WorkerPool pool(2);
@@ -130,22 +122,24 @@ TEST_P(RelaxationReference, EndsAtNewtonsEquilibrium) {
   EXPECT_TRUE(progress.converged);
   EXPECT_FALSE(progress.energy_ever_rose);
   EXPECT_LE(progress.energy_last, progress.energy_first);
-  const auto expected =
-      equilibrium(volume, stiffness, Cuts(size), held, start, options.rest_vector_blend);
+  SpringProblem problem =
+      spring_twin(volume, spring_materials_of(stiffness, options.rest_vector_blend),
+                  deformer.lattice(), Cuts(size));
+  for_each_voxel(size, [&](VoxelIndex v) {
+    problem.held[element_of(v, size)] =
+        handle.contains(v, deformer.lattice().grid()) || faces_of(v, size) != 0;
+  });
+  const Equilibrium expected = spring_equilibrium(problem, pool);
+  EXPECT_TRUE(expected.converged);
   const Lattice lattice = relaxation.lattice();
   double worst = 0.0;
-  std::size_t i = 0;
-  for (int z = 0; z < size.z; ++z) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x, ++i) {
-        const glm::dvec3 away = lattice.displacement_voxels({x, y, z}) - expected[i] / spacing_mm;
-        worst = std::max(worst, glm::length(away));
-        if (held[i]) {
-          EXPECT_EQ(lattice.u({x, y, z}), deformer.lattice().u({x, y, z}));
-        }
-      }
+  for_each_voxel(size, [&](VoxelIndex v) {
+    const std::size_t i = element_of(v, size);
+    worst = std::max(worst, glm::length(lattice.displacement_voxels(v) - expected.u_voxels[i]));
+    if (problem.held[i]) {
+      EXPECT_EQ(lattice.u(v), deformer.lattice().u(v));
     }
-  }
+  });
   EXPECT_LT(worst, 0.005);  // tolerance, and rounding to 1/512 voxel
 }
 

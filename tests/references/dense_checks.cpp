@@ -6,6 +6,42 @@
 
 namespace maille {
 
+namespace {
+
+// voxel: 1 voxel in the unit of u.
+template <class Vector>
+std::int64_t folded_cells(Size3 size, std::span<const Vector> u,
+                          typename Vector::value_type voxel) {
+  std::int64_t folded = 0;
+  for (int z = 0; z + 1 < size.z; ++z) {
+    for (int y = 0; y + 1 < size.y; ++y) {
+      for (int x = 0; x + 1 < size.x; ++x) {
+        const auto corner = [&](int bits) {
+          return VoxelIndex(x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2));
+        };
+        const auto u_of = [&](int bits) { return u[element_of(corner(bits), size)]; };
+        // Most cells move as one, and those are never folded.
+        bool rigid = true;
+        for (int bits = 1; bits < 8; ++bits) rigid = rigid && u_of(bits) == u_of(0);
+        if (rigid) continue;
+        bool inside_out = false;
+        for (int bits = 0; bits < 8; ++bits) {
+          const auto edge = [&](int axis) {
+            const int low = bits & ~(1 << axis);
+            const int high = bits | 1 << axis;
+            return glm::dvec3(voxel * Vector(corner(high) - corner(low)) + u_of(high) - u_of(low));
+          };
+          inside_out = inside_out || glm::determinant(glm::dmat3(edge(0), edge(1), edge(2))) <= 0.0;
+        }
+        folded += inside_out;
+      }
+    }
+  }
+  return folded;
+}
+
+}  // namespace
+
 DenseViolations dense_violations(const DenseProblem& problem, std::span<const glm::ivec3> u) {
   const LinkBounds bounds(problem.materials);
   DenseViolations found;
@@ -26,33 +62,11 @@ DenseViolations dense_violations(const DenseProblem& problem, std::span<const gl
 }
 
 std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u) {
-  std::int64_t folded = 0;
-  for (int z = 0; z + 1 < size.z; ++z) {
-    for (int y = 0; y + 1 < size.y; ++y) {
-      for (int x = 0; x + 1 < size.x; ++x) {
-        const auto corner = [&](int bits) {
-          return VoxelIndex(x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2));
-        };
-        const auto u_of = [&](int bits) { return u[element_of(corner(bits), size)]; };
-        // Most cells move as one, and those are never folded.
-        bool rigid = true;
-        for (int bits = 1; bits < 8; ++bits) rigid = rigid && u_of(bits) == u_of(0);
-        if (rigid) continue;
-        bool inside_out = false;
-        for (int bits = 0; bits < 8; ++bits) {
-          const auto edge = [&](int axis) {
-            const int low = bits & ~(1 << axis);
-            const int high = bits | 1 << axis;
-            return glm::dvec3(kUnitsPerVoxel * (corner(high) - corner(low)) + u_of(high) -
-                              u_of(low));
-          };
-          inside_out = inside_out || glm::determinant(glm::dmat3(edge(0), edge(1), edge(2))) <= 0.0;
-        }
-        folded += inside_out;
-      }
-    }
-  }
-  return folded;
+  return folded_cells(size, u, kUnitsPerVoxel);
+}
+
+std::int64_t dense_folded_cells(Size3 size, std::span<const glm::dvec3> u_voxels) {
+  return folded_cells(size, u_voxels, 1.0);
 }
 
 }  // namespace maille

@@ -18,5 +18,6 @@ DenseViolations dense_violations(const DenseProblem& problem, std::span<const gl
 // Cells between eight neighbouring elements whose trilinear map turns inside out (or goes flat) at
 // a corner.
 std::int64_t dense_folded_cells(Size3 size, std::span<const glm::ivec3> u);
+std::int64_t dense_folded_cells(Size3 size, std::span<const glm::dvec3> u_voxels);
 
 }  // namespace maille
