@@ -22,6 +22,10 @@ struct Barrier {
 
 Barrier barrier(double q, const FoldEnergy& fold) {
   if (q >= 1.0) return {0.0, 0.0, 0.0};
+  if (fold.rule == FoldRule::square) {
+    if (q < 0.0) return {1.0 - 2.0 * q, -2.0, 0.0};
+    return {(1.0 - q) * (1.0 - q), -2.0 * (1.0 - q), 2.0};
+  }
   const double at = std::max(q, fold.straight_below);
   const double log = std::log(at);
   const double gap = 1.0 - at;
@@ -29,6 +33,10 @@ Barrier barrier(double q, const FoldEnergy& fold) {
   const double slope = 2.0 * gap * log - gap * gap / at;
   if (q < at) return {value + (q - at) * slope, slope, 0.0};
   return {value, slope, -2.0 * log + 4.0 * gap / at + gap * gap / (at * at)};
+}
+
+bool minds_corners(FoldRule rule) {
+  return rule == FoldRule::determinant || rule == FoldRule::square;
 }
 
 Eigen::Matrix3d cross_matrix(const glm::dvec3& v) {
@@ -263,6 +271,7 @@ double DenseSprings::fold_energy(const DisplacementField& u_mm) const {
         return sum;
       });
     case FoldRule::determinant:
+    case FoldRule::square:
       return sum_of_layers([&](int z) {
         double sum = 0.0;
         for_each_corner_of_layer(z, u_mm, [&](const Corner& corner) {
@@ -297,7 +306,9 @@ bool DenseSprings::corner_at(std::size_t i, VoxelIndex at, int sides, const Disp
     corner.side[axis] = up ? 1.0 : -1.0;
     corner.edge[axis] = corner.side[axis] * (u_mm[j] - u_mm[i]) / h;
     corner.edge[axis][a] += 1.0;
-    kappa += pair(i, j).stiffness * h[a] * h[a] / 3.0;
+    const double area =
+        problem_.fold.rule == FoldRule::square ? std::pow(h.x * h.y * h.z, 2.0 / 3.0) : h[a] * h[a];
+    kappa += pair(i, j).stiffness * area / 3.0;
   }
   corner.scale = problem_.fold.weight * kappa;
   corner.determinant = glm::dot(corner.edge[0], glm::cross(corner.edge[1], corner.edge[2]));
@@ -400,7 +411,7 @@ void DenseSprings::gradient(const DisplacementField& u_mm, DisplacementField& ou
       }
     }
   });
-  if (problem_.fold.rule != FoldRule::determinant) return;
+  if (!minds_corners(problem_.fold.rule)) return;
   for (const Corner& corner : near_folding(u_mm)) {
     const double slope = corner.scale *
                          barrier(corner.determinant / problem_.fold.reach, problem_.fold).slope /
@@ -458,7 +469,7 @@ void DenseSprings::linearise(const DisplacementField& u_mm, bool positive) {
       }
     });
   }
-  if (problem_.fold.rule != FoldRule::determinant) return;
+  if (!minds_corners(problem_.fold.rule)) return;
   corner_curvatures_.clear();
   fold_weights_.assign(count() * 3, 0.0f);
   for (const Corner& corner : near_folding(u_mm)) {

@@ -49,6 +49,10 @@ enum class FoldRule {
   // Finite for folded cells too, which it unfolds. A barrier that grows with the square there, or
   // is steep (from q = 0.05 on), pulls cells that ChainMail folded so hard that others fold.
   determinant,
+  // At the same corners weight * kappa * (1 - q)^2 for q < 1, its tangent from q = 0 on down, with
+  // kappa the links' mean stiffness times the 2/3 power of the cell's volume. Bends no more the
+  // nearer a cell is to folding, so it needs someone who takes no step across J = 0.
+  square,
   // A spring on every component of a link beyond its ChainMail limits:
   // 1/2 weight k (excess_mm)^2.
   limits
