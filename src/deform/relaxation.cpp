@@ -21,8 +21,10 @@ constexpr std::int64_t kBytesPerElement = 64;
 // Energies are sums of floats: a rise beyond this share is a rise.
 constexpr double kEnergyNoise = 1e-7;
 constexpr double kCornersLeft = 0.1;
-// Estimates that have not fallen by a tenth in so many iterations will not.
+// Estimates that have not fallen by a tenth in so many iterations, nor the energy by this share, will
+// not: far from an equilibrium estimates rise and fall while the energy only falls.
 constexpr int kPatience = 12;
+constexpr double kEnergyGain = 1e-6;
 
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};
@@ -76,6 +78,7 @@ struct Relaxation::State {
   };
   std::unique_ptr<Solver> solver;
   double best_residual = std::numeric_limits<double>::infinity();
+  double best_energy = std::numeric_limits<double>::infinity();
   int iterations_without_gain = 0;
   bool unpublished = false;
 
@@ -280,8 +283,10 @@ struct Relaxation::State {
     aim(false);
     ++progress.iterations;
     progress.element_updates += s.box.free_elements();
-    if (progress.residual_voxels < 0.9 * best_residual) {
-      best_residual = progress.residual_voxels;
+    if (progress.residual_voxels < 0.9 * best_residual ||
+        progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
+      best_residual = std::min(best_residual, progress.residual_voxels);
+      best_energy = progress.energy_last;
       iterations_without_gain = 0;
     } else {
       ++iterations_without_gain;
