@@ -17,7 +17,17 @@ constexpr double kNear = 1.05 * kFoldReach;
 // No step may leave less than this of what an open corner had, or of its reach.
 constexpr double kLeft = 0.3;
 constexpr double kLeftByElement = 0.2;
+// Nor take an open corner below this. The energy of a corner is finite, so hard enough a pull has
+// its least beyond J = 0; without a floor J then shrinks by a share a step until its rounding folds
+// it, in the floats or in the lattice's fixed point.
+constexpr double kLeastOpen = 0.002;
+constexpr double kDeterminantRounding = 16 * 0x1p-24;
 constexpr int kMostSweeps = 20;
+
+// The least J that a step may leave of an open corner.
+double least_left(double was, double share) {
+  return std::max(share * std::min(was, kFoldReach), std::min(was, kLeastOpen));
+}
 
 struct SpringHere {
   std::int64_t other = 0;
@@ -74,7 +84,8 @@ std::vector<CellCorner> FoldGuard::find_near() {
         // An edge changes by what both its ends have moved; J is a product of three.
         const double d = 2.0 * (travelled_voxels_ - row.travelled);
         const double e = double{row.longest_edge};
-        if (double{row.least} - ((3.0 * e + 3.0 * d) * e + d * d) * d > kNear) continue;
+        const double rounding = kDeterminantRounding * e * e * e;
+        if (double{row.least} - rounding - ((3.0 * e + 3.0 * d) * e + d * d) * d > kNear) continue;
       }
       row = {std::numeric_limits<float>::max(), 0.0f, travelled_voxels_};
       for (int x0 = 0; x0 < extent.x - 1; x0 += kLongestRun) {
@@ -83,9 +94,12 @@ std::vector<CellCorner> FoldGuard::find_near() {
         const auto measure = measure_cells(box_, r * extent.x + x0, count, least);
         row.least = std::min(row.least, measure.least);
         row.longest_edge = std::max(row.longest_edge, measure.longest_edge);
-        if (double{measure.least} >= kNear) continue;
+        // J is a product of three edges, and off by its own rounding where they are long.
+        const double e = double{measure.longest_edge};
+        const double near = kNear + kDeterminantRounding * e * e * e;
+        if (double{measure.least} >= near) continue;
         for (int x = 0; x < count; ++x) {
-          if (double{least[x]} >= kNear) continue;
+          if (double{least[x]} >= near) continue;
           for (std::uint8_t at_high = 0; at_high < 8; ++at_high) {
             std::int64_t e = r * extent.x + x0 + x;
             for (int axis = 0; axis < 3; ++axis) {
@@ -158,7 +172,7 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
     const double now = folds_.determinant(corner);
     if (now >= kLeft * kFoldReach) return false;
     const double was = before(corner);
-    return was > 0.0 && now < kLeft * std::min(was, kFoldReach);
+    return was > 0.0 && now < least_left(was, kLeft);
   };
   std::vector<CellCorner> closed;
   for (const CellCorner& corner : near) {
@@ -318,7 +332,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
       for (int a = 0; a < 3; ++a) edges[a] += c.shares[a] * move * voxels_from_mm;
       const double j = glm::determinant(edges);
       const double was = now[i].determinant;
-      closes = was > 0.0 && j < kLeftByElement * std::min(was, kFoldReach);
+      closes = was > 0.0 && j < least_left(was, kLeftByElement);
       moved_energy += c.kappa * fold_penalty(j).value;
     }
     if (closes) continue;
