@@ -24,7 +24,7 @@ constexpr double kCornersLeft = 0.1;
 // Estimates that have not fallen by a tenth in so many iterations, nor the energy by this share, will
 // not: far from an equilibrium estimates rise and fall while the energy only falls.
 constexpr int kPatience = 12;
-constexpr double kEnergyGain = 1e-6;
+constexpr double kEnergyGain = 1e-4;
 
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};
