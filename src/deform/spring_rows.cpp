@@ -110,15 +110,15 @@ template <bool kMixed, bool kBlends, bool kCut>
 template <bool kMixed, bool kBlends, bool kCut>
 [[gnu::always_inline]] inline SpringSums add_up_sums(const Inputs& inputs, const Springs& springs,
                                                      const std::int64_t* steps,
-                                                     const Along& along,
+                                                     const Along& direction,
                                                      const std::uint8_t* free) {
   const Inputs in = inputs;
   const float* const u_x = in.u_x;
   const float* const u_y = in.u_y;
   const float* const u_z = in.u_z;
-  const float* const d_x = along.x;
-  const float* const d_y = along.y;
-  const float* const d_z = along.z;
+  const float* const d_x = direction.x;
+  const float* const d_y = direction.y;
+  const float* const d_z = direction.z;
   const float one = 1.0f / in.one_compliance;
   float energy[kLongestRun + kLanes] = {};
   float curvature[kLongestRun + kLanes] = {};
@@ -155,13 +155,14 @@ template <bool kMixed, bool kBlends, bool kCut>
       const float k = any_free * stiffness_of<kMixed, kCut>(in, other_compliance, x, one, bit);
       float b = in.one_blend;
       if constexpr (kBlends) b = 0.5f * (in.blend[x] + other_blend[x]);
-      const float length2 = p_x * p_x + p_y * p_y + p_z * p_z + 1e-30f;
-      const float length = std::sqrt(length2);
+      const float length = std::sqrt(p_x * p_x + p_y * p_y + p_z * p_z + 1e-30f);
       const float stretch = length - rest_length;
       const float q2 = q_x * q_x + q_y * q_y + q_z * q_z;
       const float pq = p_x * q_x + p_y * q_y + p_z * q_z;
       const float share = rest_length / length;
-      const float along2 = pq * pq / length2;
+      // Divided first: far out the square of pq is beyond a float.
+      const float along = pq / length;
+      const float along2 = along * along;
       energy[x] += 0.5f * k *
                    ((1.0f - b) * stretch * stretch + b * (du_x * du_x + du_y * du_y + du_z * du_z));
       curvature[x] += k * ((1.0f - b) * (share * along2 + (1.0f - share) * q2) + b * q2);
