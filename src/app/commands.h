@@ -71,8 +71,8 @@ struct MeasureOptions {
   std::string stage;                   // of measure error
   std::vector<std::int64_t> elements;  // of its scenes; empty: the stage's own choice
   std::filesystem::path head;          // a scan with a nose; empty: the built-in head
-  std::vector<std::string> groups;       // of measure stability; empty: all
-  int edge = 12;                    // of its blocks, voxels
+  std::vector<std::string> groups;     // of measure stability; empty: all
+  int edge = 12;                       // of its blocks, voxels
   std::filesystem::path output;
 };
 

@@ -21,6 +21,8 @@ constexpr double kLeftByElement = 0.2;
 // Nor take an open corner below this. The energy of a corner is finite, so hard enough a pull has
 // its least beyond J = 0; without a floor J would shrink by a share a step until rounding folds it.
 constexpr double kLeastOpen = 0.01;
+// Of J of floats, a product of three edges, in units of the longest edge cubed.
+constexpr double kDeterminantRounding = 16 * 0x1p-24;
 constexpr int kMostSweeps = 20;
 // Of elements in all sweeps of one step, unless two sweeps take more: far from equilibrium many are
 // near folding that will not be for long.
@@ -95,7 +97,8 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
         // An edge changes by what both its ends have moved; J is a product of three.
         const double d = 2.0 * (travelled_voxels_ - row.travelled);
         const double e = double{row.longest_edge};
-        if (double{row.least} - ((3.0 * e + 3.0 * d) * e + d * d) * d > kNear) continue;
+        const double rounding = kDeterminantRounding * e * e * e;
+        if (double{row.least} - rounding - ((3.0 * e + 3.0 * d) * e + d * d) * d > kNear) continue;
       }
       row = {std::numeric_limits<float>::max(), 0.0f, travelled_voxels_};
       for (int x0 = 0; x0 < extent.x - 1; x0 += kLongestRun) {
@@ -104,9 +107,11 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
         const auto measure = measure_cells(box_, r * extent.x + x0, count, least);
         row.least = std::min(row.least, measure.least);
         row.longest_edge = std::max(row.longest_edge, measure.longest_edge);
-        if (double{measure.least} >= kNear) continue;
+        const double longest = double{measure.longest_edge};
+        const double near = kNear + kDeterminantRounding * longest * longest * longest;
+        if (double{measure.least} >= near) continue;
         for (int x = 0; x < count; ++x) {
-          if (double{least[x]} >= kNear) continue;
+          if (double{least[x]} >= near) continue;
           for (std::uint8_t at_high = 0; at_high < 8; ++at_high) {
             std::int64_t e = r * extent.x + x0 + x;
             for (int axis = 0; axis < 3; ++axis) {

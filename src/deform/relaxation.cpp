@@ -19,7 +19,7 @@ constexpr std::int64_t kBytesPerElement = 64;
 // Where in so many iterations neither the estimate has fallen by a tenth nor the energy by this
 // share, they will not. Far from equilibrium estimates rise and fall while the energy only falls.
 constexpr int kPatience = 12;
-constexpr double kEnergyGain = 1e-6;
+constexpr double kEnergyGain = 1e-4;
 
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};

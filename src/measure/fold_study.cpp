@@ -117,7 +117,7 @@ double turn_of_ball(const SpringProblem& problem, const DisplacementField& u_vox
   return std::atan2(crossed, along);
 }
 
-constexpr FoldEnergy kBarrier{FoldRule::determinant, 0.2, 1.0, 0.3};
+constexpr FoldTerm kBarrier{FoldRule::determinant, 0.2, 1.0, 0.3};
 
 std::string short_number(double value) {
   char text[32];
@@ -126,7 +126,7 @@ std::string short_number(double value) {
 }
 
 // For a program and for a person.
-std::pair<std::string, std::string> names_of(const FoldEnergy& energy) {
+std::pair<std::string, std::string> names_of(const FoldTerm& energy) {
   const std::string weight = short_number(energy.weight);
   if (energy.rule == FoldRule::limits) {
     return {"limit_springs_" + weight, "limits as springs of " + weight + " k"};
@@ -237,7 +237,7 @@ class Study {
     };
     GuardedOptions clamped;
     by_sweeps("clamped", "every step clamped to the limits", clamped);
-    for (const FoldEnergy& energy : options_.energies) {
+    for (const FoldTerm& energy : options_.energies) {
       problem.fold = energy;
       const auto [name, title] = names_of(energy);
       options_.progress(scene.title + ": " + title);
@@ -320,8 +320,8 @@ class Study {
 
 }  // namespace
 
-std::vector<FoldEnergy> default_energies() {
-  std::vector<FoldEnergy> energies;
+std::vector<FoldTerm> default_energies() {
+  std::vector<FoldTerm> energies;
   for (const double weight : {1.0, 4.0, 16.0}) {
     energies.push_back({FoldRule::limits, 0.0, weight, kBarrier.straight_below});
   }

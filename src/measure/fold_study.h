@@ -18,12 +18,12 @@ namespace maille {
 
 // Limits as springs of 1, 4 and 16 k; the barrier at reaches of 0.1, 0.2, 0.3 and weights of 0.1,
 // 1, 10 about the product's own, and with the steep end that it does not have.
-std::vector<FoldEnergy> default_energies();
+std::vector<FoldTerm> default_energies();
 
 struct FoldStudyOptions {
   int ball_radius = 4;  // of the handle; the volume is a cube of six times that
   std::vector<double> scene_blends{0.0, 0.25, 0.5};  // of the drag in one material
-  std::vector<FoldEnergy> energies = default_energies();
+  std::vector<FoldTerm> energies = default_energies();
   std::vector<double> blends{0.0, 0.125, 0.25, 0.5};  // for their own sake
   int most_newton_steps = 60;
   int most_sweeps = 1000;

@@ -10,23 +10,20 @@
 #include "deform/missing_springs.h"
 #include "deform/relaxation.h"
 #include "references/dense_problem.h"
-#include "tests/deform/lattices.h"
-#include "tests/deform/scenes.h"
-#include "tests/deform/spring_twin.h"
+#include "tests/deform/relaxing.h"
 
 namespace maille {
 namespace {
 
 using testing::equal;
 using testing::for_each_voxel;
+using testing::kFree;
 using testing::lattice_of;
 using testing::material;
 using testing::random_volume;
-using testing::spring_materials_of;
+using testing::run;
 using testing::spring_twin;
 using testing::table;
-
-constexpr AnchorRules kFree{0, true};
 
 // By the reference's own rule: see dense_springs.h.
 bool spring_left(const DenseSprings& reference, VoxelIndex a, VoxelIndex b) {
@@ -48,18 +45,6 @@ Cuts with_disc(const Cuts& cuts, const Lattice& lattice, glm::dvec3 center, glm:
   return std::move(cut).value();
 }
 
-RelaxationProgress run(Relaxation& relaxation, int most_iterations) {
-  RelaxationProgress progress = relaxation.progress();
-  double energy = progress.energy_first;
-  for (int i = 0; i < most_iterations && !progress.finished(); ++i) {
-    progress = relaxation.iterate();
-    EXPECT_LE(progress.energy_last, energy * (1 + 1e-6) + 1e-12);
-    energy = progress.energy_last;
-  }
-  EXPECT_FALSE(progress.energy_ever_rose);
-  return progress;
-}
-
 TEST(MissingSprings, AreThoseWithoutAWay) {
   const Size3 size{40, 35, 34};
   const Lattice rest(size);
@@ -74,7 +59,7 @@ TEST(MissingSprings, AreThoseWithoutAWay) {
   cuts = carve(cuts, rest, {0, 0, 0}, 1.0);
   WorkerPool pool(1);
   const SpringProblem twin =
-      spring_twin(testing::constant_volume(size), spring_materials_of({1.0}, 0.25), rest, cuts);
+      spring_twin(testing::constant_volume(size), {SpringMaterial{}}, rest, cuts);
   const DenseSprings reference(twin, pool);
   std::int64_t missing_in_all = 0;
   std::int64_t brick = -1;
@@ -98,30 +83,6 @@ TEST(MissingSprings, AreThoseWithoutAWay) {
   EXPECT_GT(missing_in_all, 1000);
 }
 
-TEST(SpringForces, NoneMissingIsTheSameBits) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<float> number(-1, 1);
-  constexpr std::size_t kHalo = std::size_t{34} * 34 * 34;
-  std::array<std::vector<float>, 4> halo;
-  for (auto& h : halo) {
-    for (std::size_t i = 0; i < kHalo; ++i) h.push_back(number(random));
-  }
-  for (float& compliance : halo[3]) compliance = 1.5f + compliance;
-  const auto first = static_cast<std::size_t>(halo_index(0, 7, 9));
-  const HaloRow row{&halo[0][first], &halo[1][first], &halo[2][first], &halo[3][first]};
-  const Springs springs = springs_of({1, 0.7, 2});
-  RowForces all;
-  RowForces left;
-  std::uint32_t missing[kBrickEdge] = {};
-  add_up_forces(row, springs, 0.25f, all);
-  add_up_forces_left(row, springs, 0.25f, missing, left);
-  for (int x = 0; x < kBrickEdge; ++x) {
-    EXPECT_EQ(all.x[x], left.x[x]);
-    EXPECT_EQ(all.y[x], left.y[x]);
-    EXPECT_EQ(all.z[x], left.z[x]);
-  }
-}
-
 // Cut through, one half stretched and let go but for its end: it comes to rest as a whole where its
 // end is, and the other half has not felt a thing.
 TEST(CutRelaxation, OnlyItsOwnSideMoves) {
@@ -143,7 +104,8 @@ TEST(CutRelaxation, OnlyItsOwnSideMoves) {
   RelaxationOptions options;
   options.tolerance_voxels = 1e-3;
   Relaxation relaxation(start, field, cuts, held, kFree, pool, options);
-  EXPECT_TRUE(run(relaxation, 100000).converged);
+  EXPECT_TRUE(run(relaxation, 1000).converged);
+  EXPECT_FALSE(relaxation.progress().energy_ever_rose);
   EXPECT_LT(relaxation.progress().energy_last, 1e-4 * relaxation.progress().energy_first);
   const Lattice lattice = relaxation.lattice();
   const glm::dvec3 end = start.displacement_voxels({size.x - 1, 0, 0});
@@ -151,7 +113,7 @@ TEST(CutRelaxation, OnlyItsOwnSideMoves) {
     if (v.x < 26) {
       ASSERT_EQ(lattice.u(v), glm::ivec3(0));
     } else {
-      EXPECT_LT(glm::length(lattice.displacement_voxels(v) - end), 0.01);
+      ASSERT_LT(glm::length(lattice.displacement_voxels(v) - end), 0.01);
     }
   });
 }
@@ -167,13 +129,12 @@ TEST_P(CutRelaxationReference, EndsAtNewtonsEquilibrium) {
   const glm::dvec3 spacing_mm{1.0, 0.8, 1.5};
   const std::vector<double> stiffness{1.0, seed % 2 ? 10.0 : 100.0, 0.3};
   const Volume volume = random_volume(size, 3, 2, static_cast<unsigned>(seed), spacing_mm);
-  Deformer deformer(volume,
-                    table({material(0, 1, 0.5, 1.6, 0.24, stiffness[0]),
-                           material(1, 2, 0.5, 1.6, 0.24, stiffness[1]),
-                           material(2, 3, 0.5, 1.6, 0.24, stiffness[2])}),
-                    {});
+  const std::vector<Material> materials{material(0, 1, 0.5, 1.6, 0.24, stiffness[0]),
+                                        material(1, 2, 0.5, 1.6, 0.24, stiffness[1]),
+                                        material(2, 3, 0.5, 1.6, 0.24, stiffness[2])};
+  Deformer deformer(volume, table(materials), {});
   ASSERT_TRUE(deformer.begin_stroke(handle_at, 1).ok());
-  ASSERT_TRUE(deformer.drag_to({0.9, -0.4, 0.6}, testing::workers()).ok());
+  ASSERT_TRUE(deformer.drag_to({0.7, -0.3, 0.4}, testing::workers()).ok());
   deformer.end_stroke();
   const Lattice& start = deformer.lattice();
   const ElementSet handle = ball_of_elements(handle_at, 1, start.grid());
@@ -189,17 +150,11 @@ TEST_P(CutRelaxationReference, EndsAtNewtonsEquilibrium) {
   options.tolerance_voxels = 0.001;
   WorkerPool pool(1);
   Relaxation relaxation(start, deformer.materials(), cuts, handle, {}, pool, options);
-  EXPECT_TRUE(run(relaxation, 100000).converged);
-  const auto materials = spring_materials_of(stiffness, options.rest_vector_blend);
-  SpringProblem problem = spring_twin(volume, materials, start, cuts);
+  EXPECT_TRUE(run(relaxation, 1000).converged);
+  EXPECT_FALSE(relaxation.progress().energy_ever_rose);
+  const SpringProblem problem =
+      testing::relaxation_twin(volume, materials, start, cuts, handle, {});
   const DenseSprings springs(problem, pool);
-  for_each_voxel(size, [&](VoxelIndex v) {
-    const std::size_t i = element_of(v, size);
-    if (cuts.carved(v)) {
-      EXPECT_TRUE(springs.held(i));  // alone
-    }
-    problem.held[i] = handle.contains(v, start.grid()) || faces_of(v, size) != 0;
-  });
   const Equilibrium expected = spring_equilibrium(problem, pool);
   EXPECT_TRUE(expected.converged);
   SpringProblem whole = problem;

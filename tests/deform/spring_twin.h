@@ -3,11 +3,15 @@
 
 #include <vector>
 
+#include "deform/anchors.h"
 #include "deform/cuts.h"
 #include "references/spring_equilibrium.h"
 #include "tests/deform/lattices.h"
 
 namespace maille::testing {
+
+// The fold energy of relaxation, as deform/fold_energy.h states it.
+inline constexpr FoldTerm kCorners{FoldRule::square, 0.3, 1.0, 0.0};
 
 // materials by the volume's values: 0, 1, 2 …
 inline SpringProblem spring_twin(const Volume& volume, std::vector<SpringMaterial> materials,
@@ -16,6 +20,7 @@ inline SpringProblem spring_twin(const Volume& volume, std::vector<SpringMateria
   twin.size = volume.size();
   twin.spacing_mm = volume.spacing_mm();
   twin.materials = std::move(materials);
+  twin.fold = kCorners;
   twin.held.assign(static_cast<std::size_t>(voxel_count(twin.size)), 0);
   for_each_voxel(twin.size, [&](VoxelIndex v) {
     twin.ids.push_back(static_cast<MaterialId>(volume.value_at(v)));
@@ -27,16 +32,22 @@ inline SpringProblem spring_twin(const Volume& volume, std::vector<SpringMateria
   return twin;
 }
 
-inline std::vector<SpringMaterial> spring_materials_of(const std::vector<double>& stiffness,
-                                                       double rest_vector_blend) {
-  std::vector<SpringMaterial> materials;
-  for (const double k : stiffness) {
-    SpringMaterial material;
-    material.stiffness = k;
-    material.rest_vector_blend = rest_vector_blend;
-    materials.push_back(material);
+// The same with what holds in relaxation, by the words of anchors.h.
+inline SpringProblem relaxation_twin(const Volume& volume, const std::vector<Material>& materials,
+                                     const Lattice& start, const Cuts& cuts, const ElementSet& held,
+                                     AnchorRules anchors) {
+  auto springs = spring_materials(materials, 0.0);
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    springs[m].rest_vector_blend = materials[m].rest_vector_blend;
   }
-  return materials;
+  SpringProblem twin = spring_twin(volume, std::move(springs), start, cuts);
+  const int faces = anchors.faces != 0 ? anchors.faces : anchors.free_border ? 0 : 63;
+  for_each_voxel(twin.size, [&](VoxelIndex v) {
+    const auto i = static_cast<std::size_t>(linear_index(v, twin.size));
+    twin.held[i] = held.contains(v, start.grid()) || materials[twin.ids[i]].fixed ||
+                   (faces_of(v, twin.size) & faces) != 0 || cuts.carved(v);
+  });
+  return twin;
 }
 
 }  // namespace maille::testing

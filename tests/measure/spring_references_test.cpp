@@ -36,7 +36,7 @@ SpringMaterial spring_material(double stiffness, double blend) {
 
 // Everything at once: three materials, cut links, held elements, anisotropic spacing, displaced so
 // far that some corners are near folding and some have folded.
-SpringProblem rough_problem(unsigned seed, FoldEnergy fold, double shaken_voxels) {
+SpringProblem rough_problem(unsigned seed, FoldTerm fold, double shaken_voxels) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> number(-1, 1);
   SpringProblem problem = problem_of(
@@ -55,12 +55,14 @@ SpringProblem rough_problem(unsigned seed, FoldEnergy fold, double shaken_voxels
 }
 
 struct Case {
-  FoldEnergy fold;
+  FoldTerm fold;
   double shaken_voxels;
 };
 const Case kCases[] = {{{}, 0.3},
                        {{FoldRule::determinant, 0.6, 2.0, 0.05}, 0.2},
                        {{FoldRule::determinant, 0.3, 1.0, 0.3}, 0.5},
+                       {{FoldRule::square, 0.6, 2.0, 0.0}, 0.2},
+                       {{FoldRule::square, 0.3, 1.0, 0.0}, 0.5},
                        {{FoldRule::limits, 0.2, 3.0, 0.3}, 0.4}};
 
 DisplacementField random_direction(const DenseSprings& springs, std::mt19937& random) {
@@ -347,7 +349,7 @@ TEST(SpringEquilibrium, ABarThinsByPoissonsRatio) {
   EXPECT_NEAR(thinner, 0.25, 0.02);
 }
 
-SpringProblem dragged_block(double blend, FoldEnergy fold, double by_voxels) {
+SpringProblem dragged_block(double blend, FoldTerm fold, double by_voxels) {
   SpringProblem problem = problem_of(
       {13, 12, 11}, {spring_material(1.0, blend), spring_material(20.0, blend)}, {1, 0.9, 1.2});
   problem.fold = fold;
@@ -367,8 +369,8 @@ SpringProblem dragged_block(double blend, FoldEnergy fold, double by_voxels) {
 
 TEST(SpringEquilibrium, FactorsAndConjugateGradientsAgree) {
   WorkerPool pool(2);
-  for (const FoldEnergy fold : {FoldEnergy{}, FoldEnergy{FoldRule::determinant, 0.5, 1.0, 0.3},
-                                FoldEnergy{FoldRule::limits, 0.2, 4.0, 0.3}}) {
+  for (const FoldTerm fold : {FoldTerm{}, FoldTerm{FoldRule::determinant, 0.5, 1.0, 0.3},
+                              FoldTerm{FoldRule::limits, 0.2, 4.0, 0.3}}) {
     SCOPED_TRACE("rule " + std::to_string(static_cast<int>(fold.rule)));
     const SpringProblem problem = dragged_block(0.25, fold, 1.6);
     EquilibriumOptions options;

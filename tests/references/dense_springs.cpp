@@ -20,7 +20,7 @@ struct Barrier {
   double curvature;
 };
 
-Barrier barrier(double q, const FoldEnergy& fold) {
+Barrier barrier(double q, const FoldTerm& fold) {
   if (q >= 1.0) return {0.0, 0.0, 0.0};
   if (fold.rule == FoldRule::square) {
     if (q < 0.0) return {1.0 - 2.0 * q, -2.0, 0.0};

@@ -60,7 +60,7 @@ enum class FoldRule {
   limits
 };
 
-struct FoldEnergy {
+struct FoldTerm {
   FoldRule rule = FoldRule::none;
   double reach = 0.2;
   double weight = 1.0;
@@ -77,7 +77,7 @@ struct SpringProblem {
                                           // axis a is gone; empty: none is
   std::vector<std::uint8_t> held;         // of each element: 1 where it never moves
   std::vector<glm::dvec3> start_voxels;   // displacement of each element
-  FoldEnergy fold;
+  FoldTerm fold;
 };
 
 using DisplacementField = std::vector<glm::dvec3>;  // of each element, x fastest

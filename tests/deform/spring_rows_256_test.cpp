@@ -1,0 +1,7 @@
+// The inner loops of relaxation with vectors of 256 bits.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define MAILLE_WIDTH 256
+#define MAILLE_FOR_THIS_WIDTH __attribute__((target("avx2")))
+#define MAILLE_HAS_THIS_WIDTH __builtin_cpu_supports("avx2")
+#include "tests/deform/spring_row_widths.inl"
+#endif
