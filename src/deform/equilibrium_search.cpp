@@ -207,6 +207,10 @@ double EquilibriumSearch::length_of_step(double slope, double curvature, double 
 }
 
 void EquilibriumSearch::estimate(double step, double moves_squared) {
+  // No curvature of springs shortens a step further (length_of_step). Corners can, or there is no
+  // way down at all: that tells how steep the way is, not how short.
+  constexpr double kShortestStep = 1.0 / 5.0;
+  step = std::max(step, kShortestStep);
   const glm::dvec3 voxels_from_mm = 1.0 / box_->spacing_mm();
   const Size3 extent = box_->extent();
   struct Largest {
