@@ -18,8 +18,8 @@ namespace {
 using Row = StabilityReport::Row;
 using Verdict = StabilityReport::Verdict;
 
-// A state is in floats: their rounding alone changes an energy by about this share, and where
-// energy falls by many decades by this share of what there was.
+// Relaxation tells energies from floats: they change one by about this share, and where energy
+// falls by many decades by this share of what there was.
 constexpr double kEnergyRounding = 1e-6;
 constexpr double kFirstEnergyRounding = 1e-10;
 
@@ -144,21 +144,22 @@ class Watch {
     const double energy = energy_of(u_voxels_);
     const double published = energy_of(rounded_voxels);
     row_.finite = row_.finite && std::isfinite(energy);
+    row_.finite = row_.finite && std::isfinite(published);
     if (first_) {
-      row_.energy_first = energy;
+      row_.energy_first = published;
     } else {
-      const double rise = energy - row_.energy_last;
+      const double rise = published - row_.energy_last;
       if (rise > kEnergyRounding * row_.energy_last + kFirstEnergyRounding * row_.energy_first) {
         ++row_.energy_rises;
         row_.largest_rise = std::max(row_.largest_rise, rise / row_.energy_last);
       }
-      if (published > published_ && published_ > 0.0) {
-        row_.largest_published_rise =
-            std::max(row_.largest_published_rise, published / published_ - 1.0);
+      if (energy > unrounded_ && unrounded_ > 0.0) {
+        row_.largest_unrounded_rise =
+            std::max(row_.largest_unrounded_rise, energy / unrounded_ - 1.0);
       }
     }
-    row_.energy_last = energy;
-    published_ = published;
+    row_.energy_last = published;
+    unrounded_ = energy;
   }
 
   void look_at_folds(const std::vector<glm::ivec3>& u) {
@@ -183,7 +184,7 @@ class Watch {
   Row& row_;
   bool first_ = true;
   DisplacementField u_voxels_;
-  double published_ = 0.0;
+  double unrounded_ = 0.0;  // energy of the last state, before its rounding
   std::vector<std::uint8_t> folded_first_;
 };
 

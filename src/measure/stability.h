@@ -4,8 +4,8 @@
 // The promise: energy never rises, nothing becomes non-finite, no cell is folded that was not, no
 // link is outside its limits after a drag, and relaxation ends within its tolerance of the
 // equilibrium. All of it told by tests/references from displacements alone: energies in double
-// precision, folds from the fixed-point lattice, and the equilibrium by Newton's method from where
-// relaxation ended. That is the nearest minimum, and where springs buckle not the only one.
+// precision and folds from the fixed-point lattice, and the equilibrium by Newton's method from
+// where relaxation ended. That is the nearest minimum, and where springs buckle not the only one.
 #pragma once
 
 #include <cstdint>
@@ -61,7 +61,7 @@ struct StabilityReport {
     std::int64_t energy_rises = 0;        // from a state to the next, beyond the rounding of floats
     double largest_rise = 0.0;            // of these, as a share of the energy before
     bool energy_said_to_rise = false;     // by relaxation itself
-    double largest_published_rise = 0.0;  // of the lattice in fixed point: rounding, mostly
+    double largest_unrounded_rise = 0.0;  // of the lattice in fixed point: rounding, mostly
 
     std::int64_t folded_first = 0;
     std::int64_t folded_last = 0;

@@ -63,7 +63,7 @@ std::string json_text(const StabilityReport& report) {
                        {"energy_rises", row.energy_rises},
                        {"largest_rise", number_or_null(row.largest_rise)},
                        {"energy_said_to_rise", row.energy_said_to_rise},
-                       {"largest_published_rise", number_or_null(row.largest_published_rise)},
+                       {"largest_unrounded_rise", number_or_null(row.largest_unrounded_rise)},
                        {"folded_cells_first", row.folded_first},
                        {"folded_cells_last", row.folded_last},
                        {"folded_cells_most", row.folded_most},
@@ -107,7 +107,7 @@ std::string csv_text(const StabilityReport& report) {
                                                  "energy_last",
                                                  "energy_rises",
                                                  "largest_rise",
-                                                 "largest_published_rise",
+                                                 "largest_unrounded_rise",
                                                  "folded_first",
                                                  "folded_last",
                                                  "folded_most",
@@ -141,7 +141,7 @@ std::string csv_text(const StabilityReport& report) {
                     exact(row.energy_last),
                     std::to_string(row.energy_rises),
                     exact(row.largest_rise),
-                    exact(row.largest_published_rise),
+                    exact(row.largest_unrounded_rise),
                     std::to_string(row.folded_first),
                     std::to_string(row.folded_last),
                     std::to_string(row.folded_most),
@@ -167,16 +167,16 @@ std::string verdict_text(const StabilityReport& report, const Row& row) {
 }
 
 std::string cases_text(const StabilityReport& report) {
-  std::vector<std::vector<std::string>> rows = {
-      {"case", "moved", "viol.", "drag ms", "free", "cycles", "ms", "end", "rises", "fixed p.",
-       "folded", "most", "end", "new", "estimate", "distance", ""}};
+  std::vector<std::vector<std::string>> rows = {{"case", "moved", "viol.", "drag ms", "free",
+                                                 "cycles", "ms", "end", "rises", "unr.", "folded",
+                                                 "most", "end", "new", "estimate", "distance", ""}};
   for (const Row& row : report.rows) {
     rows.push_back({row.group + ": " + row.title, std::to_string(row.elements_moved),
                     std::to_string(row.violated_links), fixed_number(1e3 * row.drag_seconds, 1),
                     std::to_string(row.free_elements), std::to_string(row.iterations),
                     fixed_number(1e3 * row.relax_seconds, 0), end_of(row),
                     row.energy_rises > 0 ? short_number(row.largest_rise) : "none",
-                    short_number(row.largest_published_rise), std::to_string(row.folded_first),
+                    short_number(row.largest_unrounded_rise), std::to_string(row.folded_first),
                     std::to_string(row.folded_most), std::to_string(row.folded_last),
                     std::to_string(row.newly_folded), short_number(row.estimate_voxels),
                     short_number(row.distance_voxels) + (row.reference_converged ? "" : "?"),
@@ -189,11 +189,12 @@ std::string table_text(const StabilityReport& report) {
   return "Stability of a drag and its relaxation\n" + text_of(report.machine) + "\n\n" +
          cases_text(report) +
          "\nviol.: links outside their limits after the drag. rises: the most that energy rose by "
-         "from a state to the\nnext, as a share, in double precision; fixed p.: the same of the "
-         "lattice in fixed point, where rounding is\nmost of it. folded: cells, at the start, at "
-         "most, at the end; new: that were not at the start. estimate:\nof the largest distance "
-         "to equilibrium in voxels, by relaxation; distance: to the equilibrium by Newton's\n"
-         "method, ?: which did not converge. Tolerance " +
+         "from a "
+         "state to the\nnext, as a share, of the lattice in fixed point and in double precision; "
+         "unr.: of the states before they\nwere rounded. folded: cells, at the start, at most, at "
+         "the end; new: that were not at the start. estimate:\nof the largest distance to "
+         "equilibrium in voxels, by relaxation; distance: to the equilibrium by Newton's\nmethod, "
+         "?: which did not converge. Tolerance " +
          short_number(report.tolerance_voxels) + " voxel.\n\nstability: " + report.summary() + "\n";
 }
 
