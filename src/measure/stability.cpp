@@ -24,7 +24,7 @@ constexpr double kEnergyRounding = 1e-6;
 constexpr double kFirstEnergyRounding = 1e-10;
 
 // Relaxation's rule against folding, as the issue of it has it; written down here again.
-constexpr FoldEnergy kFoldRule = kRelaxationFold;
+constexpr FoldTerm kFoldRule = kRelaxationFold;
 
 std::vector<glm::ivec3> fixed_point(const Lattice& lattice) {
   const Size3 size = lattice.grid().volume_size();

@@ -153,7 +153,7 @@ TEST(FoldGuard, NeverFoldsWhatIsOpen) {
     for (int steps = 0; steps < 6; ++steps) {
       const BoxVectors d = shaken.random_direction(seed * 10 + static_cast<unsigned>(steps));
       const double step = std::pow(10.0, steps - 3);
-      guard.advance(d, step, step * std::sqrt(3.0) / 0.7);
+      guard.advance(d, step, step * std::sqrt(3.0) / 0.7, 0.0);
       const auto determinants = shaken.determinants();
       EXPECT_GT(least_of(determinants), 0.0) << seed << ", step " << step;
       EXPECT_EQ(guard.folded(), 0);
@@ -177,7 +177,7 @@ TEST(FoldGuard, LeavesFewerFolds) {
     EXPECT_EQ(guard.folded(), folded);
     EXPECT_GT(folded, 0);
     const BoxVectors none = make_box_vectors(shaken.box().extent(), workers());
-    for (int i = 0; i < 5; ++i) guard.advance(none, 0.0, 0.0);
+    for (int i = 0; i < 5; ++i) guard.advance(none, 0.0, 0.0, 0.0);
     const auto is = shaken.determinants();
     for (std::size_t c = 0; c < was.size(); ++c) {
       if (was[c] > 0.0) {
@@ -196,7 +196,7 @@ TEST(FoldGuard, SameBitsForAnyNumberOfThreads) {
     ShakenBox shaken(3, 0.4, true, 0.1);
     WorkerPool pool(threads);
     FoldGuard guard(shaken.box(), pool);
-    for (int i = 0; i < 4; ++i) guard.advance(shaken.random_direction(9), 0.2, 0.2 * 3.0);
+    for (int i = 0; i < 4; ++i) guard.advance(shaken.random_direction(9), 0.2, 0.2 * 3.0, 0.0);
     if (!first) first = shaken.u_mm();
     EXPECT_TRUE(shaken.u_mm() == *first) << threads << " threads";
   }

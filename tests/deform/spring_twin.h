@@ -5,6 +5,7 @@
 
 #include "deform/anchors.h"
 #include "deform/cuts.h"
+#include "material/default_blend.h"
 #include "references/spring_equilibrium.h"
 #include "tests/deform/lattices.h"
 
@@ -36,11 +37,9 @@ inline SpringProblem spring_twin(const Volume& volume, std::vector<SpringMateria
 inline SpringProblem relaxation_twin(const Volume& volume, const std::vector<Material>& materials,
                                      const Lattice& start, const Cuts& cuts, const ElementSet& held,
                                      AnchorRules anchors) {
-  auto springs = spring_materials(materials, 0.0);
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    springs[m].rest_vector_blend = materials[m].rest_vector_blend;
-  }
-  SpringProblem twin = spring_twin(volume, std::move(springs), start, cuts);
+  auto whole = materials;
+  give_default_blends(whole);
+  SpringProblem twin = spring_twin(volume, spring_materials(whole), start, cuts);
   const int faces = anchors.faces != 0 ? anchors.faces : anchors.free_border ? 0 : 63;
   for_each_voxel(twin.size, [&](VoxelIndex v) {
     const auto i = static_cast<std::size_t>(linear_index(v, twin.size));
