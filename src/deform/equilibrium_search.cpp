@@ -42,9 +42,10 @@ std::array<double, kSums> EquilibriumSearch::over_rows(int margin, F&& f) {
       const std::int64_t row = box_->row(y, static_cast<int>(plane) + margin);
       if (margin > 0 && box_->kind(row) == RowKind::held) continue;
       const auto add = [&](const SpringRun& run) { f(run, sums); };
-      // The first element apart: the springs of the others of a row have a free end or none has.
+      // The first element apart: the springs of a row's others all have a free end, or none is sure
+      // to. The last one's even springs have none.
       if (margin == 0) for_each_run(*box_, row, 0, 1, add);
-      for_each_run(*box_, row, 1, extent.x - margin, add);
+      for_each_run(*box_, row, 1, extent.x - 1, add);
     }
   });
   std::array<double, kSums> total{};
@@ -67,7 +68,8 @@ EquilibriumSearch::EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool&
   check_finite(energy_at_start_);
   // Below this a cycle takes less than making another box does.
   constexpr std::int64_t kLarge = 10'000;
-  if (box_->free_elements() > kLarge) start_from_half_resolution();
+  // Nor does a coarse box tell well what two sides of a cut have to do with each other.
+  if (box_->free_elements() > kLarge && !box_->lacks_springs()) start_from_half_resolution();
   aim(true);
 }
 
@@ -77,14 +79,13 @@ double EquilibriumSearch::spring_energy() {
   })[0];
 }
 
-EquilibriumSearch::Rounded EquilibriumSearch::rounded() {
+double EquilibriumSearch::rounded_energy() {
   // Forces are made anew by each cycle: meanwhile their memory is free.
   box_->round_to_fixed_point(forces_, pool_);
-  const std::int64_t folded = guard_.count_folded();
   std::swap(box_->u_mm(), forces_);
-  const Rounded rounded{spring_energy() + guard_.energy(), guard_.count_folded() > folded};
+  const double energy = spring_energy() + guard_.energy();
   std::swap(box_->u_mm(), forces_);
-  return rounded;
+  return energy;
 }
 
 void EquilibriumSearch::start_from_half_resolution() {

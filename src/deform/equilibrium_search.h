@@ -28,12 +28,10 @@ class EquilibriumSearch {
   // Of all springs and corners with a free end, stiffness * mm^2.
   double energy() const { return energy_; }
   double energy_at_start() const { return energy_at_start_; }  // of the state the box was in
-  // The state in fixed point, as SpringBox::lattice() gives it.
-  struct Rounded {
-    double energy = 0.0;
-    bool folds = false;  // a corner that is open here
-  };
-  Rounded rounded();
+  // Of the state in fixed point, as SpringBox::lattice() gives it.
+  double rounded_energy();
+  // Corners near folding in the state now.
+  const std::vector<CellCorner>& bent() const { return guard_.bent(); }
   // Estimated distances to equilibrium, of all elements and of the furthest.
   double rms_voxels() const { return rms_voxels_; }
   double largest_voxels() const { return largest_voxels_; }

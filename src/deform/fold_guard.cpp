@@ -453,11 +453,6 @@ void FoldGuard::find_bent(const std::vector<CellCorner>& near,
   }
 }
 
-std::int64_t FoldGuard::count_folded() const {
-  return std::count_if(bent_.begin(), bent_.end(),
-                       [&](const CellCorner& corner) { return folds_.determinant(corner) <= 0.0; });
-}
-
 double FoldGuard::energy() const {
   double sum = 0.0;
   for (const CellCorner& corner : bent_) sum += folds_.energy(corner);

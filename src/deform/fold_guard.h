@@ -32,10 +32,8 @@ class FoldGuard {
   void add_forces(BoxVectors& forces) const;
   double curvature(const BoxVectors& direction) const;
 
-  // Corners that are folded, as they were when the guard was made: of the last state that it made,
-  // or of the state that the box is in now.
+  // Corners that are folded, as they were when the guard was made.
   std::int64_t folded() const { return folded_; }
-  std::int64_t count_folded() const;
 
  private:
   struct Element;

@@ -91,7 +91,6 @@ std::unique_ptr<SpringBox> SpringBox::at_half_resolution(const SpringBox& fine, 
     }
   });
   for (const std::int64_t count : free_in_plane) half.free_elements_ += count;
-  half.halve_cuts(fine);
   half.tell_rows_apart(pool);
   return box;
 }
@@ -119,40 +118,6 @@ float SpringBox::mean_compliance(glm::ivec3 at) const {
     if (std::isfinite(c)) logs += std::log2(double{c});
   }
   return static_cast<float>(std::exp2(logs / count));
-}
-
-void SpringBox::halve_cuts(const SpringBox& fine) {
-  if (fine.missing_row_.empty()) return;
-  missing_row_.assign(static_cast<std::size_t>(extent_.y) * static_cast<std::size_t>(extent_.z),
-                      -1);
-  const auto gone = [&](glm::ivec3 at) {
-    if (glm::any(glm::lessThan(at, glm::ivec3(0))) ||
-        glm::any(glm::greaterThanEqual(at, fine.extent_))) {
-      return std::uint32_t{0};
-    }
-    const std::uint32_t* const bits = fine.missing(fine.row(at.y, at.z));
-    return bits ? bits[at.x] : 0;
-  };
-  std::vector<std::uint32_t> bits(static_cast<std::size_t>(extent_.x));
-  for (int z = 0; z < extent_.z; ++z) {
-    for (int y = 0; y < extent_.y; ++y) {
-      std::uint32_t any = 0;
-      for (int x = 0; x < extent_.x; ++x) {
-        const glm::ivec3 at(fine_of(x, fine.extent_.x), fine_of(y, fine.extent_.y),
-                            fine_of(z, fine.extent_.z));
-        std::uint32_t& own = bits[static_cast<std::size_t>(x)];
-        own = gone(at);
-        for (std::size_t s = 0; s < springs_.size(); ++s) {
-          own |= gone(at + springs_[s].offset) & (std::uint32_t{1} << s);
-        }
-        any |= own;
-      }
-      if (!any) continue;
-      missing_row_[static_cast<std::size_t>(row(y, z))] =
-          static_cast<std::int64_t>(missing_.size());
-      missing_.insert(missing_.end(), bits.begin(), bits.end());
-    }
-  }
 }
 
 double interpolate_moves(const SpringBox& half, const BoxVectors& before, const SpringBox& fine,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <string>
 
 #include "core/trace.h"
@@ -49,6 +50,7 @@ struct Relaxation::State {
 
   std::unique_ptr<EquilibriumSearch> search;  // of the region; none where nothing is free
   std::vector<glm::dvec3> rim_before;
+  std::deque<double> rms_lately;
   double best_residual = std::numeric_limits<double>::infinity();
   double best_energy = std::numeric_limits<double>::infinity();
   int iterations_without_gain = 0;
@@ -88,16 +90,32 @@ struct Relaxation::State {
     progress.free_elements = search->box().free_elements();
     progress.region_limited = region.limited();
     progress.energy_first = progress.energy_last = published_energy = search->energy_at_start();
+    rms_lately.clear();
     best_residual = best_energy = std::numeric_limits<double>::infinity();
     iterations_without_gain = 0;
     note();
   }
 
+  // What a move leaves over goes on shrinking as moves have of late: where multigrid sees part of
+  // the error badly (turns of stiff parts, the sides of cuts) they shrink slowly, and there is
+  // further to go than one of them says.
+  double rate_of(double rms_voxels) {
+    constexpr std::size_t kLately = 3;
+    constexpr double kSlowest = 0.7;
+    const bool known = rms_lately.size() >= kLately && rms_lately.front() > 0.0;
+    const double rate =
+        known ? std::pow(rms_voxels / rms_lately.front(), 1.0 / static_cast<double>(kLately)) : 0.3;
+    rms_lately.push_back(rms_voxels);
+    if (rms_lately.size() > kLately) rms_lately.pop_front();
+    return std::clamp(rate, 0.0, kSlowest);
+  }
+
   void note() {
     unpublished = true;
     progress.energy_last = std::min(search->energy(), progress.energy_last);
-    progress.residual_voxels = search->largest_voxels();
-    progress.residual_rms_voxels = search->rms_voxels();
+    const double left = 1.0 / (1.0 - rate_of(search->rms_voxels()));
+    progress.residual_voxels = left * search->largest_voxels();
+    progress.residual_rms_voxels = left * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
     if (progress.residual_voxels < 0.9 * best_residual ||
         progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
@@ -138,17 +156,43 @@ struct Relaxation::State {
     return true;
   }
 
+  // Whether a corner near folding that is open in the state given last is folded in the next one,
+  // exactly: floats of displacements far from rest do not tell.
+  bool folds_any(const std::vector<CellCorner>& corners, const Lattice& next) const {
+    const SpringBox& box = search->box();
+    const auto determinant = [&](const Lattice& lattice, VoxelIndex at, std::uint8_t signs) {
+      glm::dmat3 edges(1.0);
+      for (int axis = 0; axis < 3; ++axis) {
+        const int sign = (signs >> axis) & 1 ? -1 : 1;
+        VoxelIndex beside = at;
+        beside[axis] += sign;
+        edges[axis] += static_cast<double>(sign) *
+                       (lattice.displacement_voxels(beside) - lattice.displacement_voxels(at));
+      }
+      return glm::determinant(edges);
+    };
+    return std::any_of(corners.begin(), corners.end(), [&](const CellCorner& corner) {
+      const VoxelIndex at = box.voxel(corner.element);
+      return determinant(next, at, corner.signs) <= 0.0 &&
+             determinant(published, at, corner.signs) > 0.0;
+    });
+  }
+
   // Rounding may undo, near the end, what little a cycle has won, and fold a cell that is nearly
   // flat: then what was given last is given again.
   Lattice lattice() {
     const trace::Span span("relaxation publish");
     if (unpublished && search) {
       unpublished = false;
-      const auto rounded = search->rounded();
-      if (!rounded.folds && rounded.energy <= published_energy) {
-        published = search->box().lattice(published, pool);
-        published_energy = rounded.energy;
+      const double energy = search->rounded_energy();
+      if (energy <= published_energy) {
+        Lattice next = search->box().lattice(published, pool);
+        if (!folds_any(search->bent(), next)) {
+          published = std::move(next);
+          published_energy = energy;
+        }
       }
+      progress.energy_last = published_energy;
     }
     return published;
   }

@@ -63,6 +63,11 @@ class SpringBox {
     const glm::ivec3 at = voxel - lo();
     return element(at.x, at.y, at.z);
   }
+  VoxelIndex voxel(std::int64_t element) const {
+    const std::int64_t r = element / extent_.x;
+    return lo() + VoxelIndex(static_cast<int>(element - r * extent_.x),
+                             static_cast<int>(r % extent_.y), static_cast<int>(r / extent_.y));
+  }
   std::int64_t row(int y, int z) const { return static_cast<std::int64_t>(z) * extent_.y + y; }
   std::int64_t free_elements() const { return free_elements_; }
 
@@ -98,6 +103,7 @@ class SpringBox {
   }
   // False: every spring between elements of the box is there.
   bool may_lack_springs() const { return beyond_volume_ || !missing_row_.empty(); }
+  bool lacks_springs() const { return !missing_row_.empty(); }  // to cuts
   // Stiffness of a spring, 0 for none.
   float stiffness(std::int64_t e, int spring) const {
     const float c = compliance(e) + compliance(e + step(spring));
@@ -120,7 +126,6 @@ class SpringBox {
  private:
   SpringBox() = default;
   float mean_compliance(glm::ivec3 at) const;
-  void halve_cuts(const SpringBox& fine);
   void read_displacements(const Lattice& start, WorkerPool& pool);
   void read_materials(const Problem& problem, WorkerPool& pool);
   void read_held(const Problem& problem, WorkerPool& pool);

@@ -109,6 +109,23 @@ class StiffnessLevel {
     return total;
   }
 
+  // Where springs are missing, the elements of a block that hang together: the most of them take
+  // part in the next level's element, the others only here. One that joined the two sides of a cut
+  // would drag along what hangs on nothing.
+  void part_blocks() {
+    joins_ = BoxArray<std::uint8_t>(extent_, pool_);
+    const Size3 blocks = parent_extent(extent_) - 2;
+    pool_.for_each(blocks.z, [&](std::int64_t plane, int) {
+      for (int y = 1; y <= blocks.y; ++y) {
+        for (int x = 1; x <= blocks.x; ++x) part_block({x, y, static_cast<int>(plane) + 1});
+      }
+    });
+  }
+  bool joins(std::int64_t e) const { return !joins_ || joins_[e] != 0; }
+
+  // Of the spring by springs_of()'s offset s; 0: none.
+  virtual float stiffness_of(std::int64_t e, int s) const = 0;
+
   // Jacobi's step for a unit of force: 0.9 over the diagonal, 0 where held.
   virtual void gains(std::int64_t begin, int count, float* gain) const = 0;
   virtual void apply(std::int64_t begin, int count, const std::array<RowsAround, 3>& w,
@@ -201,6 +218,11 @@ class StiffnessLevel {
             for (int x = 0; x < count; ++x) t[x] = gain[x] * force[x];
             if (!coarse) continue;
             const float* const e = &(*coarse)[c][from];
+            if (joins_) {
+              const std::uint8_t* const joins = &joins_[begin + x0];
+              for (int x = 0; x < count; ++x) t[x] += joins[x] ? e[(x0 + x + 1) >> 1] : 0.0f;
+              continue;
+            }
             for (int x = 0; x < count; ++x) t[x] += gain[x] > 0.0f ? e[(x0 + x + 1) >> 1] : 0.0f;
           }
         }
@@ -233,10 +255,56 @@ class StiffnessLevel {
     float gain[kLongestRun];
     gains(begin, count, gain);
     for (int x = 0; x < count; ++x) left[x] = gain[x] > 0.0f ? force[x] - taken[x] : 0.0f;
+    if (!joins_) return;
+    const std::uint8_t* const joins = &joins_[begin];
+    for (int x = 0; x < count; ++x) left[x] = joins[x] ? left[x] : 0.0f;
+  }
+
+  void part_block(glm::ivec3 block) {
+    const Springs springs = springs_of(glm::dvec3(1.0));
+    std::array<std::int64_t, 8> element;
+    std::array<int, 8> part;  // the lowest of those it hangs together with; -1: not there, or held
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 at = 2 * block - 1 + glm::ivec3(i & 1, (i >> 1) & 1, (i >> 2) & 1);
+      const auto n = static_cast<std::size_t>(i);
+      const bool inside = glm::all(glm::lessThan(at, extent_ - 1));
+      element[n] = row(at.y, at.z) * extent_.x + at.x;
+      float gain = 0.0f;
+      if (inside) gains(element[n], 1, &gain);
+      part[n] = gain > 0.0f ? i : -1;
+    }
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (int i = 0; i < 8; ++i) {
+        for (int s = 0; s < kSprings; s += 2) {
+          const glm::ivec3 o = springs[static_cast<std::size_t>(s)].offset;
+          const glm::ivec3 to = glm::ivec3(i & 1, (i >> 1) & 1, (i >> 2) & 1) + o;
+          if (glm::any(glm::lessThan(to, glm::ivec3(0))) ||
+              glm::any(glm::greaterThan(to, glm::ivec3(1)))) {
+            continue;
+          }
+          int& here = part[static_cast<std::size_t>(i)];
+          int& there = part[static_cast<std::size_t>(to.x + 2 * to.y + 4 * to.z)];
+          if (here < 0 || there < 0 || here == there) continue;
+          if (!(stiffness_of(element[static_cast<std::size_t>(i)], s) > 0.0f)) continue;
+          here = there = std::min(here, there);
+          changed = true;
+        }
+      }
+    }
+    std::array<int, 8> size{};
+    for (const int p : part) {
+      if (p >= 0) ++size[static_cast<std::size_t>(p)];
+    }
+    const auto most = static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (part[i] == most) joins_[element[i]] = 1;
+    }
   }
 
   Size3 extent_;
   WorkerPool& pool_;
+  BoxArray<std::uint8_t> joins_;             // none: all that is free
   std::vector<std::vector<float>> scratch_;  // one a worker
 };
 
@@ -329,6 +397,8 @@ class StiffnessMultigrid::Fine : public StiffnessLevel {
               w, out);
   }
 
+  float stiffness_of(std::int64_t e, int s) const override { return box_.stiffness(e, s); }
+
   std::int64_t bytes() const { return gain_.bytes(); }
 
  private:
@@ -343,8 +413,9 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
   BoxVectors moves;
   BoxVectors first_moves;  // of two
 
-  Coarse(const SpringBox& box, WorkerPool& pool) : Coarse(parent_extent(box.extent()), pool, 0) {
-    add_up_springs(box, pool);
+  Coarse(const SpringBox& box, const Fine& finer, WorkerPool& pool)
+      : Coarse(parent_extent(box.extent()), pool, 0) {
+    add_up_springs(box, finer, pool);
     finish(pool);
   }
   Coarse(const Coarse& finer, WorkerPool& pool) : Coarse(parent_extent(finer.extent()), pool, 0) {
@@ -367,6 +438,10 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
       kept.k_back[s] = kept.k[s] - steps_[s];
     }
     apply_kept_springs(kept, count, w, out);
+  }
+
+  float stiffness_of(std::int64_t e, int s) const override {
+    return s % 2 ? stiffness(s / 2, e - step(s / 2)) : stiffness(s / 2, e);
   }
 
   // What only making the next level needs.
@@ -403,7 +478,7 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
 
   // The springs between two elements become one, those to held elements run to the ground, and
   // those within an element vanish.
-  void add_up_springs(const SpringBox& box, WorkerPool& pool) {
+  void add_up_springs(const SpringBox& box, const Fine& finer, WorkerPool& pool) {
     const Size3 fine = box.extent();
     // Rows between full ones have the same springs from end to end, and none to the ground.
     const auto all_full = [&](int Y, int Z) {
@@ -427,17 +502,17 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
             auto& k = k_[static_cast<std::size_t>(s)];
             std::fill(&k[to + 2], &k[to + extent().x - 3], s < 3 ? 12.0f * one : 2.0f * one);
           }
-          add_up_row(box, Y, Z, 1, 1);
-          add_up_row(box, Y, Z, extent().x - 3, extent().x - 2);
+          add_up_row(box, finer, Y, Z, 1, 1);
+          add_up_row(box, finer, Y, Z, extent().x - 3, extent().x - 2);
         } else {
-          add_up_row(box, Y, Z, 1, extent().x - 2);
+          add_up_row(box, finer, Y, Z, 1, extent().x - 2);
         }
       }
     });
   }
 
   // The elements X0 to X1 of a row, both included.
-  void add_up_row(const SpringBox& box, int Y, int Z, int X0, int X1) {
+  void add_up_row(const SpringBox& box, const Fine& finer, int Y, int Z, int X0, int X1) {
     const Size3 fine = box.extent();
     for (int z = 2 * Z - 1; z <= std::min(2 * Z, fine.z - 2); ++z) {
       for (int y = 2 * Y - 1; y <= std::min(2 * Y, fine.y - 2); ++y) {
@@ -454,10 +529,12 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
                          const int dz = parent(z + o.z) - Z;
                          for (int i = 0; i < run.count; ++i) {
                            const int x = x0 + i;
-                           if (!box.is_free(run.first + i)) continue;
+                           if (!box.is_free(run.first + i) || !finer.joins(run.first + i)) continue;
                            add_spring(row(Y, Z) * extent().x + parent(x),
                                       {parent(x + o.x) - parent(x), dy, dz},
-                                      box.is_free(run.first + i + box.step(s)), k[i]);
+                                      box.is_free(run.first + i + box.step(s)) &&
+                                          finer.joins(run.first + i + box.step(s)),
+                                      k[i]);
                          }
                        }
                      });
@@ -473,7 +550,7 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
         for (int y = 1; y < fine.y - 1; ++y) {
           for (int x = 1; x < fine.x - 1; ++x) {
             const std::int64_t e = finer.row(y, z) * fine.x + x;
-            if (finer.diagonal(e) == 0.0f) continue;
+            if (finer.diagonal(e) == 0.0f || !finer.joins(e)) continue;
             const std::int64_t to = row(parent(y), Z) * extent().x + parent(x);
             for (int s = 0; s < kSprings; ++s) {
               const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
@@ -587,8 +664,11 @@ StiffnessMultigrid::StiffnessMultigrid(const SpringBox& box, WorkerPool& pool)
   const trace::Span span("multigrid set-up");
   // Few enough to solve at once.
   constexpr std::int64_t kDirect = 80;
-  levels_.push_back(std::make_unique<Coarse>(box, pool));
+  const bool cut = box.lacks_springs();
+  if (cut) fine_->part_blocks();
+  levels_.push_back(std::make_unique<Coarse>(box, *fine_, pool));
   while (voxel_count(levels_.back()->inner()) > kDirect) {
+    if (cut) levels_.back()->part_blocks();
     auto coarser = std::make_unique<Coarse>(*levels_.back(), pool);
     levels_.back()->forget_ground();
     levels_.push_back(std::move(coarser));

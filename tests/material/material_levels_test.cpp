@@ -256,6 +256,8 @@ TEST(MaterialLevels, GoFromClayToRubberWithoutAJump) {
 TEST(MaterialLevels, AreNotSpentOnWhatIsRigidAllOver) {
   auto rigid = material(100, 200, 1, 1, 0, 1.0);
   rigid.rigid = true;
+  // Nor on a blend that the table would choose for it.
+  rigid.rest_vector_blend = 0.25;
   const auto table = linear({material(0, 100, 0.5, 3, 0.25, 1.0), rigid});
   EXPECT_EQ(table.count(), 256);
   EXPECT_EQ(table.id_of(100), 255);

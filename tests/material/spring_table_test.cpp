@@ -247,6 +247,7 @@ TEST(SpringTable, SeesTheLevelsOfInterpolatedRanges) {
 
 TEST(SpringTable, KnowsWhetherAllHaveOneBlend) {
   auto materials = of_stiffness({1.0, 2.0, 3.0});
+  for (Material& m : materials) m.rest_vector_blend = 0.25;
   const auto one = springs_of(materials);
   EXPECT_TRUE(one.one_blend());
   EXPECT_EQ(one.smallest_blend(), 0.25f);
