@@ -193,7 +193,6 @@ Result<RelaxationError::Scene> measure_scene(const RelaxationScene& scene,
   product.tolerance_voxels = options.tolerance_voxels;
   SpringProblem problem = spring_problem_of(deformer, std::span(&drag.grab, 1), scene.anchors,
                                             product.rest_vector_blend);
-  problem.fold = options.fold;
   out.folded_at_start = dense_folded_cells(problem.size, problem.start_voxels);
 
   options.progress(here + "the product's end");
