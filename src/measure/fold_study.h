@@ -1,6 +1,7 @@
 // Ways to keep cells from folding while springs relax all the way, on the same drags: how far from
-// the springs' own equilibrium each ends, how many cells fold, how long it takes. What the
-// product's choice of rule, reach, weight and blend stands on.
+// the springs' own equilibrium each ends, how many cells fold, how long it takes. Relaxation has no
+// rule of its own against folding, it counts folded cells: this is what a choice of rule, reach,
+// weight and blend can stand on.
 //
 // All of it in the reference code, in double precision: a way is judged by where it ends, and by
 // the work in steps; its time here is not the product's.
@@ -17,7 +18,7 @@
 namespace maille {
 
 // Limits as springs of 1, 4 and 16 k; the barrier at reaches of 0.1, 0.2, 0.3 and weights of 0.1,
-// 1, 10 about the product's own, and with the steep end that it does not have.
+// 1, 10 about the middle one, and that one with a steep end.
 std::vector<FoldEnergy> default_energies();
 
 struct FoldStudyOptions {
