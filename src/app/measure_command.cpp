@@ -47,6 +47,12 @@ Result<void> run_measure_error(const MeasureOptions& options, const GlobalOption
         ErrorKind::usage,
         "--stage: expected a stage that has a page, chainmail or relaxation, got " + options.stage};
   }
+  if (options.stage == "chainmail" && (!options.elements.empty() || !options.head.empty())) {
+    return Error{
+        ErrorKind::usage,
+        "--elements and --head: expected with --stage relaxation only, its scenes are what "
+        "they choose"};
+  }
   if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
   Progress progress(!global.quiet);
   const auto show = [&](const std::string& line) { progress.show(line); };

@@ -9,7 +9,9 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
+#include <new>
 #include <type_traits>
 
 namespace maille {
@@ -41,6 +43,8 @@ template <class T>
 AlignedArray<T> make_aligned_array(std::size_t count) {
   static_assert(std::is_trivially_default_constructible_v<T> &&
                 std::is_trivially_destructible_v<T>);
+  constexpr std::size_t kMostBytes = std::numeric_limits<std::size_t>::max() / 2;  // of an object
+  if (count > kMostBytes / sizeof(T)) throw std::bad_alloc();
   const std::size_t bytes = count * sizeof(T);
   return AlignedArray<T>(static_cast<T*>(detail::take_block(bytes)), AlignedDelete{bytes});
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/stopwatch.h"
@@ -118,12 +117,6 @@ double turn_of_ball(const SpringProblem& problem, const DisplacementField& u_vox
 }
 
 constexpr FoldTerm kBarrier{FoldRule::determinant, 0.2, 1.0, 0.3};
-
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
 
 // For a program and for a person.
 std::pair<std::string, std::string> names_of(const FoldTerm& energy) {

@@ -17,7 +17,7 @@
 namespace maille {
 
 // Limits as springs of 1, 4 and 16 k; the barrier at reaches of 0.1, 0.2, 0.3 and weights of 0.1,
-// 1, 10 about the product's own, and with the steep end that it does not have.
+// 1, 10 about the middle one, and the product's own energy.
 std::vector<FoldTerm> default_energies();
 
 struct FoldStudyOptions {

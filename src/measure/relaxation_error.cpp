@@ -192,7 +192,7 @@ Result<RelaxationError::Scene> measure_scene(const RelaxationScene& scene,
   RelaxationOptions product;
   product.tolerance_voxels = options.tolerance_voxels;
   SpringProblem problem = spring_problem_of(deformer, std::span(&drag.grab, 1), scene.anchors);
-  problem.fold = options.fold;
+  problem.fold = kRelaxationFold;
   out.folded_at_start = dense_folded_cells(problem.size, problem.start_voxels);
 
   options.progress(here + "the product's end");

@@ -30,7 +30,6 @@ struct RelaxationErrorOptions {
                  // than most_seconds in all
   double most_seconds = 20.0;      // of one solver in one scene, on its own clock
   double tolerance_voxels = 5e-4;  // of the product's solver: it is measured until it says so
-  FoldTerm fold = kRelaxationFold;
   EquilibriumOptions equilibrium;
   FoldStudyOptions folds;
   std::optional<std::filesystem::path> head;  // a scan with a nose; none: the built-in head

@@ -91,13 +91,6 @@ std::string json_text(const RelaxationError& report) {
   return text_of(out);
 }
 
-// A number that goes over decades.
-std::string decades_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 std::string csv_text(const RelaxationError& report) {
   std::vector<std::vector<std::string>> rows = {
       {"scene", "elements", "solver", "threads", "milliseconds", "iterations", "rms_voxels",
@@ -107,10 +100,10 @@ std::string csv_text(const RelaxationError& report) {
       for (const Sample& s : curve.samples) {
         rows.push_back({scene.name, std::to_string(scene.elements), curve.solver,
                         std::to_string(curve.threads), fixed_number(1e3 * s.seconds, 4),
-                        std::to_string(s.iterations), decades_number(s.rms_voxels),
-                        decades_number(s.max_voxels), decades_number(s.energy_excess),
+                        std::to_string(s.iterations), short_number(s.rms_voxels),
+                        short_number(s.max_voxels), short_number(s.energy_excess),
                         std::to_string(s.folded_cells),
-                        s.estimate_voxels ? decades_number(*s.estimate_voxels) : ""});
+                        s.estimate_voxels ? short_number(*s.estimate_voxels) : ""});
       }
     }
   }
@@ -156,23 +149,20 @@ std::string table_text(const RelaxationError& report) {
       const Sample& last = curve.samples.back();
       row.push_back(fixed_number(last.rms_voxels, 5));
       row.push_back(fixed_number(last.max_voxels, 4));
-      char excess[32];
-      std::snprintf(excess, sizeof excess, "%.1e", last.energy_excess);
-      row.emplace_back(excess);
+      row.push_back(short_number(last.energy_excess, 2));
       row.push_back(std::to_string(curve.most_folded_cells));
       rows.push_back(std::move(row));
     }
-    char distance[32];
-    std::snprintf(distance, sizeof distance, "%.0e", scene.equilibrium_distance_voxels);
-    out += "\n" + heading_of(scene) + "\n" + std::to_string(scene.free_elements) +
-           " free elements; the start: RMS " + fixed_number(scene.start_rms_voxels, 3) + ", max " +
-           fixed_number(scene.start_max_voxels, 2) + ", " + std::to_string(scene.folded_at_start) +
-           " folded cells; the equilibrium: " +
-           (scene.equilibrium_converged
-                ? std::string("within ") + distance + " voxel"
-                : std::string("NOT found, by its own word within ") + distance + " voxel") +
-           ", " + std::to_string(scene.equilibrium_folded_cells) + " folded cells\n" +
-           text_table(rows);
+    const std::string distance = short_number(scene.equilibrium_distance_voxels, 1);
+    out +=
+        "\n" + heading_of(scene) + "\n" + std::to_string(scene.free_elements) +
+        " free elements; the start: RMS " + fixed_number(scene.start_rms_voxels, 3) + ", max " +
+        fixed_number(scene.start_max_voxels, 2) + ", " + std::to_string(scene.folded_at_start) +
+        " folded cells; the equilibrium: " +
+        (scene.equilibrium_converged ? "within " + distance + " voxel"
+                                     : "NOT found, by its own word within " + distance + " voxel") +
+        ", " + std::to_string(scene.equilibrium_folded_cells) + " folded cells\n" +
+        text_table(rows);
   }
   return out + "\n" + text_of(report.folds);
 }

@@ -36,6 +36,12 @@ std::string fixed_number(double value, int decimals) {
   return text;
 }
 
+std::string short_number(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
 std::string csv(const std::vector<std::vector<std::string>>& rows) {
   std::string out;
   for (const auto& row : rows) {

@@ -13,6 +13,9 @@ std::string text_table(const std::vector<std::vector<std::string>>& rows);
 // printf's %.*f.
 std::string fixed_number(double value, int decimals);
 
+// printf's %.*g, for numbers that go over decades.
+std::string short_number(double value, int digits = 6);
+
 // The same rows as CSV (RFC 4180).
 std::string csv(const std::vector<std::vector<std::string>>& rows);
 

@@ -71,6 +71,9 @@ TEST(CommandLine, MeasureRefusesBeforeItWorks) {
   expect_refused({"measure", "error", "-o", out}, 2);
   expect_refused({"measure", "error", "--stage", "-o", out}, 2);
   expect_refused({"measure", "error", "--stage", "render", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "chainmail", "--elements", "5000", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "chainmail", "--head", "h.nrrd", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "relaxation", "--elements", "10", "-o", out}, 2);
   EXPECT_NE(run_maille({"measure", "error", "--stage", "render", "-o", out}).err.find("chainmail"),
             std::string::npos);
   expect_refused({"measure", "speed", "-o", out, "more"}, 2);
