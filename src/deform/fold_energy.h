@@ -4,19 +4,24 @@
 // of the cell at rest, is not above 0. Springs alone cannot prevent it: a cell turned inside out is
 // as long along every spring as one that is not. So a corner has an energy of its own,
 //
-//     E = kappa (1 - J / J0)^2   for J from 0 to J0 = 0.3, none above, and straight on below 0,
+//     E = kappa ((1 - J / 0.3)^2 - (1 - J / 0.1)^2 ln(J / 0.1)),
 //
-// kappa the mean stiffness of its three links times the 2/3 power of the cell's volume in mm^3.
-// Where no corner comes below J0 the equilibrium is that of the springs alone, exactly; where some
-// do it is unique where theirs is not (they buckle). A corner that cuts have opened, or one beyond
-// the volume, has none.
+// the square for J below 0.3 only, the rest, the wall, below 0.1; kappa is the mean stiffness of
+// its three links times the 2/3 power of the cell's volume in mm^3. Where no corner comes below 0.3
+// the equilibrium is that of the springs alone, exactly; where some do it is unique where theirs is
+// not (they buckle). A corner that cuts have opened, or one beyond the volume, has none.
 //
-// The roads not taken: a logarithm at J = 0 needs no second guard but makes its few cells rule the
-// step of all others (2 to 20 % of a step); limits as springs change what no fold threatens;
-// clamping to the limits undoes the relaxation (maille measure error --stage relaxation has all).
+// The roads not taken: without the wall hard enough a pull has its least energy beyond J = 0, so
+// that corners end on whatever floor they may not cross, and there each blocks the way of those
+// around it (64^3, one element dragged by ten voxels: 4416 of energy, and no way on, where there is
+// a state of 2091). A logarithm all the way from J = 0.3 bends so much that few cells rule the
+// step of all others. Limits as springs change what no fold threatens; clamping to the limits
+// undoes the relaxation (maille measure error --stage relaxation has all).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -25,19 +30,48 @@
 namespace maille {
 
 inline constexpr double kFoldReach = 0.3;  // J0
+// Of J / J0: where the wall begins, and below what a corner is as good as folded.
+inline constexpr double kFoldWall = 1.0 / 3.0;
+inline constexpr double kFoldFloor = 1.0 / 3000.0;
 
-// E / kappa and its derivatives by J / J0. Straight below 0: what ChainMail left folded would else
-// outweigh all that is not.
+// E / kappa and its derivatives by J / J0. Straight below the floor, and not steep: what ChainMail
+// left folded would else outweigh all that is not.
 struct FoldPenalty {
   double value = 0.0;
   double slope = 0.0;
   double curvature = 0.0;
 };
 inline FoldPenalty fold_penalty(double determinant) {
-  const double left = 1.0 - determinant / kFoldReach;
-  if (left <= 0.0) return {};
-  if (left > 1.0) return {2.0 * left - 1.0, -2.0, 0.0};
-  return {left * left, -2.0 * left, 2.0};
+  const double q = determinant / kFoldReach;
+  if (q >= 1.0) return {};
+  const double at = std::max(q, kFoldFloor);
+  FoldPenalty penalty{(1.0 - at) * (1.0 - at), -2.0 * (1.0 - at), 2.0};
+  if (at < kFoldWall) {
+    const double s = at / kFoldWall;
+    const double log = std::log(s);
+    penalty.value -= (1.0 - s) * (1.0 - s) * log;
+    penalty.slope += (2.0 * (1.0 - s) * log - (1.0 - s) * (1.0 - s) / s) / kFoldWall;
+    penalty.curvature += (-2.0 * log + 4.0 * (1.0 - s) / s + (1.0 - s) * (1.0 - s) / (s * s)) /
+                         (kFoldWall * kFoldWall);
+  }
+  if (q < kFoldFloor) return {penalty.value + 2.0 * (kFoldFloor - q), -2.0, 0.0};
+  return penalty;
+}
+
+// No step may leave less than this of what an open corner had, or of its reach.
+inline constexpr double kLeft = 0.3;
+inline constexpr double kLeftByElement = 0.2;
+// Nor take an open corner to where its energy goes straight: it would stay there.
+inline constexpr double kLeastOpen = 2.0 * kFoldFloor * kFoldReach;
+
+// The least J that a step may leave of an open corner.
+inline double least_left(double was, double share) {
+  return std::max(share * std::min(was, kFoldReach), std::min(was, kLeastOpen));
+}
+
+// Whether it leaves too little of a corner.
+inline bool closes(double was, double now, double share) {
+  return now < share * kFoldReach && was > 0.0 && now < least_left(was, share);
 }
 
 // An element of the box and the signs of three steps from it: bit a set, the one along axis a is

@@ -8,6 +8,7 @@
 
 #include "core/trace.h"
 #include "deform/cell_rows.h"
+#include "deform/fold_cluster.h"
 #include "deform/spring_rows.h"
 
 namespace maille {
@@ -15,28 +16,13 @@ namespace {
 
 // Elements at corners below this are moved one by one.
 constexpr double kNear = 1.05 * kFoldReach;
-// No step may leave less than this of what an open corner had, or of its reach.
-constexpr double kLeft = 0.3;
-constexpr double kLeftByElement = 0.2;
-// Nor take an open corner below this. The energy of a corner is finite, so hard enough a pull has
-// its least beyond J = 0; without a floor J would shrink by a share a step until rounding folds it.
-constexpr double kLeastOpen = 0.01;
 // Of J of floats, a product of three edges, in units of the longest edge cubed.
 constexpr double kDeterminantRounding = 16 * 0x1p-24;
 constexpr int kMostSweeps = 20;
 // Of elements in all sweeps of one step, unless two sweeps take more: far from equilibrium many are
 // near folding that will not be for long.
 constexpr std::size_t kMostMoves = 20'000;
-
-// The least J that a step may leave of an open corner.
-double least_left(double was, double share) {
-  return std::max(share * std::min(was, kFoldReach), std::min(was, kLeastOpen));
-}
-
-// Whether it leaves too little of a corner.
-bool closes(double was, double now, double share) {
-  return now < share * kFoldReach && was > 0.0 && now < least_left(was, share);
-}
+constexpr std::size_t kLargestCluster = 200;
 
 struct SpringHere {
   std::int64_t other = 0;
@@ -312,7 +298,20 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_
     }
     if (largest <= enough_voxels) break;
   }
+  settle_clusters(elements);
   note_moved(elements);
+}
+
+// Moves of single elements hardly get anywhere where a pull presses layers flat between others:
+// there four must move together. In larger clusters a Newton step costs more than it wins.
+void FoldGuard::settle_clusters(const std::vector<std::int64_t>& elements) {
+  std::vector<std::vector<std::int64_t>> clusters = connected_elements(elements, box_.extent());
+  std::erase_if(clusters, [](const auto& cluster) { return cluster.size() > kLargestCluster; });
+  pool_.for_each(static_cast<std::int64_t>(clusters.size()), [&](std::int64_t i, int) {
+    FoldCluster cluster(folds_, std::move(clusters[static_cast<std::size_t>(i)]));
+    cluster.step();
+    cluster.write_to(box_.u_mm());
+  });
 }
 
 // Returns how far it moved, in voxels.
@@ -369,7 +368,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
     if (!(penalty.value > 0.0)) continue;
     energy += c.kappa * penalty.value;
     gradient += c.kappa * penalty.slope / kFoldReach * slopes[i];
-    add_square(2.0 * c.kappa / (kFoldReach * kFoldReach), slopes[i]);
+    add_square(c.kappa * penalty.curvature / (kFoldReach * kFoldReach), slopes[i]);
   }
   const glm::dmat3 hessian(h[0], h[1], h[2], h[1], h[3], h[4], h[2], h[4], h[5]);
   const double volume = glm::determinant(hessian);

@@ -3,8 +3,9 @@
 // The step is right for nearly all elements and far too bold for a few around a hard pull. There it
 // is taken back, by halves, until no corner that was open comes near folding; then the elements
 // around corners near folding are moved one by one to where their own energy is least (Newton's
-// method on three unknowns, springs and corners, never across J = 0), again and again. So the few
-// do not rule the step of all, and what is stiff in them is gone before the next one.
+// method on three unknowns, springs and corners, never across J = 0), again and again, and those of
+// a small cluster then all together (fold_cluster.h). So the few do not rule the step of all, and
+// what is stiff in them is gone before the next one.
 #pragma once
 
 #include <cstdint>
@@ -51,6 +52,7 @@ class FoldGuard {
   std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,
                                       const BoxVectors& direction, double step);
   void settle(const std::vector<std::int64_t>& elements, double enough_voxels);
+  void settle_clusters(const std::vector<std::int64_t>& elements);
   double move_to_least_energy(const Element& element);
   void note_moved(const std::vector<std::int64_t>& elements);
   void find_bent(const std::vector<CellCorner>& near, const std::vector<std::int64_t>& moved);

@@ -125,8 +125,8 @@ std::pair<std::string, std::string> names_of(const FoldTerm& energy) {
     return {"limit_springs_" + weight, "limits as springs of " + weight + " k"};
   }
   const std::string reach = fixed_number(energy.reach, 2);
-  if (energy.rule == FoldRule::square) {
-    return {"square_" + reach + "_" + weight, "Maille's: square " + reach + ", weight " + weight};
+  if (energy.rule == FoldRule::wall) {
+    return {"wall_" + reach + "_" + weight, "Maille's: wall " + reach + ", weight " + weight};
   }
   std::string name = "barrier_" + reach + "_" + weight;
   std::string title = "barrier " + reach + ", weight " + weight;

@@ -17,7 +17,7 @@ SpringProblem spring_problem_of(const Deformer& deformer, std::span<const Grab> 
                                 std::optional<double> rest_vector_blend = std::nullopt);
 
 // What relaxation itself keeps cells from folding with (deform/fold_energy.h).
-inline constexpr FoldTerm kRelaxationFold{FoldRule::square, 0.3, 1.0, 0.0};
+inline constexpr FoldTerm kRelaxationFold{FoldRule::wall, 0.3, 1.0, 1.0 / 3000.0};
 
 // Displacements in double precision, of each element, x fastest.
 DisplacementField displacements_of(const Lattice& lattice);

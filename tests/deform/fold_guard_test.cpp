@@ -87,18 +87,22 @@ class ShakenBox {
 double least_of(const std::vector<double>& all) { return *std::ranges::min_element(all); }
 
 TEST(FoldPenalty, IsSmoothAndStraightBelow) {
-  constexpr double kStep = 1e-6;
-  for (double j = -1.0004; j < 0.5; j += 0.013) {
+  constexpr double kFloor = kFoldFloor * kFoldReach;
+  for (double j = -1.0004; j < 0.5; j += 0.0013) {
+    const double kStep = 1e-4 * std::max(kFloor, std::abs(j));
     const auto at = fold_penalty(j);
     const double slope =
         (fold_penalty(j + kStep).value - fold_penalty(j - kStep).value) / (2 * kStep);
-    EXPECT_NEAR(at.slope / kFoldReach, slope, 1e-4) << j;
+    EXPECT_NEAR(at.slope / kFoldReach, slope, 1e-4 * (1.0 + std::abs(slope))) << j;
     const double curvature =
         (fold_penalty(j + kStep).slope - fold_penalty(j - kStep).slope) / (2 * kStep);
-    EXPECT_NEAR(at.curvature / kFoldReach, curvature, 1e-4) << j;
+    EXPECT_NEAR(at.curvature / kFoldReach, curvature, 1e-4 * (1.0 + std::abs(curvature))) << j;
   }
+  // The wall is left no higher than it was.
+  EXPECT_NEAR(fold_penalty(kFloor * (1 - 1e-9)).value, fold_penalty(kFloor * (1 + 1e-9)).value,
+              1e-6);
+  EXPECT_GT(fold_penalty(-1.0).value, fold_penalty(0.0).value);
   EXPECT_EQ(fold_penalty(kFoldReach).value, 0.0);
-  EXPECT_EQ(fold_penalty(0.0).value, 1.0);
 }
 
 TEST(FoldGuard, EnergyIsTheReferences) {

@@ -12,7 +12,7 @@
 namespace maille::testing {
 
 // The fold energy of relaxation, as deform/fold_energy.h states it.
-inline constexpr FoldTerm kCorners{FoldRule::square, 0.3, 1.0, 0.0};
+inline constexpr FoldTerm kCorners{FoldRule::wall, 0.3, 1.0, 1.0 / 3000.0};
 
 // materials by the volume's values: 0, 1, 2 …
 inline SpringProblem spring_twin(const Volume& volume, std::vector<SpringMaterial> materials,

@@ -61,8 +61,8 @@ struct Case {
 const Case kCases[] = {{{}, 0.3},
                        {{FoldRule::determinant, 0.6, 2.0, 0.05}, 0.2},
                        {{FoldRule::determinant, 0.3, 1.0, 0.3}, 0.5},
-                       {{FoldRule::square, 0.6, 2.0, 0.0}, 0.2},
-                       {{FoldRule::square, 0.3, 1.0, 0.0}, 0.5},
+                       {{FoldRule::wall, 0.6, 2.0, 0.01}, 0.2},
+                       {{FoldRule::wall, 0.3, 1.0, 0.01}, 0.5},
                        {{FoldRule::limits, 0.2, 3.0, 0.3}, 0.4}};
 
 DisplacementField random_direction(const DenseSprings& springs, std::mt19937& random) {

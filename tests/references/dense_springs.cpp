@@ -22,9 +22,18 @@ struct Barrier {
 
 Barrier barrier(double q, const FoldTerm& fold) {
   if (q >= 1.0) return {0.0, 0.0, 0.0};
-  if (fold.rule == FoldRule::square) {
-    if (q < 0.0) return {1.0 - 2.0 * q, -2.0, 0.0};
-    return {(1.0 - q) * (1.0 - q), -2.0 * (1.0 - q), 2.0};
+  if (fold.rule == FoldRule::wall) {
+    if (q < fold.straight_below) {
+      return {barrier(fold.straight_below, fold).value + 2.0 * (fold.straight_below - q), -2.0,
+              0.0};
+    }
+    Barrier sum{std::pow(1.0 - q, 2), 2.0 * q - 2.0, 2.0};
+    const double s = 3.0 * q;
+    if (s >= 1.0) return sum;
+    sum.value -= std::pow(1.0 - s, 2) * std::log(s);
+    sum.slope += 3.0 * (2.0 * (1.0 - s) * std::log(s) - (1.0 - s) * (1.0 - s) / s);
+    sum.curvature += 9.0 * (-2.0 * std::log(s) + 4.0 * (1.0 - s) / s + std::pow((1.0 - s) / s, 2));
+    return sum;
   }
   const double at = std::max(q, fold.straight_below);
   const double log = std::log(at);
@@ -36,7 +45,7 @@ Barrier barrier(double q, const FoldTerm& fold) {
 }
 
 bool minds_corners(FoldRule rule) {
-  return rule == FoldRule::determinant || rule == FoldRule::square;
+  return rule == FoldRule::determinant || rule == FoldRule::wall;
 }
 
 Eigen::Matrix3d cross_matrix(const glm::dvec3& v) {
@@ -272,7 +281,7 @@ double DenseSprings::fold_energy(const DisplacementField& u_mm) const {
         return sum;
       });
     case FoldRule::determinant:
-    case FoldRule::square:
+    case FoldRule::wall:
       return sum_of_layers([&](int z) {
         double sum = 0.0;
         for_each_corner_of_layer(z, u_mm, [&](const Corner& corner) {
@@ -308,7 +317,7 @@ bool DenseSprings::corner_at(std::size_t i, VoxelIndex at, int sides, const Disp
     corner.edge[axis] = corner.side[axis] * (u_mm[j] - u_mm[i]) / h;
     corner.edge[axis][a] += 1.0;
     const double area =
-        problem_.fold.rule == FoldRule::square ? std::pow(h.x * h.y * h.z, 2.0 / 3.0) : h[a] * h[a];
+        problem_.fold.rule == FoldRule::wall ? std::pow(h.x * h.y * h.z, 2.0 / 3.0) : h[a] * h[a];
     kappa += pair(i, j).stiffness * area / 3.0;
   }
   corner.scale = problem_.fold.weight * kappa;

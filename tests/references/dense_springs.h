@@ -51,10 +51,12 @@ enum class FoldRule {
   // Finite for folded cells too, which it unfolds. A barrier that grows with the square there, or
   // is steep (from q = 0.05 on), pulls cells that ChainMail folded so hard that others fold.
   determinant,
-  // At the same corners weight * kappa * (1 - q)^2 for q < 1, its tangent from q = 0 on down, with
-  // kappa the links' mean stiffness times the 2/3 power of the cell's volume. Bends no more the
-  // nearer a cell is to folding, so it needs someone who takes no step across J = 0.
-  square,
+  // At the same corners weight * kappa * b(q), with kappa the links' mean stiffness times the 2/3
+  // power of the cell's volume and, with s = 3 q,
+  //     b = (1 - q)^2 for q < 1,  less (1 - s)^2 ln s for s < 1,  with slope -2 below
+  //     q = straight_below.
+  // Needs someone who takes no step across J = 0.
+  wall,
   // A spring on every component of a link beyond its ChainMail limits:
   // 1/2 weight k (excess_mm)^2.
   limits
@@ -65,7 +67,7 @@ struct FoldTerm {
   double reach = 0.2;
   double weight = 1.0;
   double straight_below =
-      0.3;  // of q, for the determinant: from where on the barrier goes straight
+      0.3;  // of q, for the determinant and the wall: from where on they go straight
 };
 
 struct SpringProblem {

@@ -196,7 +196,7 @@ class Newton {
     for (int halving = 0; halving < kMostHalvings; ++halving, length *= 0.5) {
       full_step_ = halving == 0;
       add(u_, length, step_, u);
-      if ((problem_.fold.rule == FoldRule::determinant || problem_.fold.rule == FoldRule::square) &&
+      if ((problem_.fold.rule == FoldRule::determinant || problem_.fold.rule == FoldRule::wall) &&
           !options_.may_turn_corners) {
         full_step_ = keep_from_turning(u) && full_step_;
       }
