@@ -9,6 +9,7 @@
 #include "core/failure.h"
 #include "core/trace.h"
 #include "deform/half_resolution.h"
+#include "deform/open_rounding.h"
 #include "deform/spring_rows.h"
 
 namespace maille {
@@ -79,13 +80,20 @@ double EquilibriumSearch::spring_energy() {
   })[0];
 }
 
-double EquilibriumSearch::rounded_energy() {
+EquilibriumSearch::Rounded EquilibriumSearch::rounded(const Lattice& published) {
+  OpenRounding rounding = open_rounding(*box_, pool_);
   // Forces are made anew by each cycle: meanwhile their memory is free.
   box_->round_to_fixed_point(forces_, pool_);
+  for (const auto& [e, u_mm] : rounding.elsewhere) {
+    for (int c = 0; c < 3; ++c) {
+      forces_[static_cast<std::size_t>(c)][e] = static_cast<float>(u_mm[c]);
+    }
+  }
   std::swap(box_->u_mm(), forces_);
-  const double energy = spring_energy() + guard_.energy();
+  Rounded rounded{box_->lattice(published, pool_), spring_energy() + guard_.energy(),
+                  std::move(rounding.at_risk)};
   std::swap(box_->u_mm(), forces_);
-  return energy;
+  return rounded;
 }
 
 void EquilibriumSearch::start_from_half_resolution() {
@@ -110,8 +118,7 @@ void EquilibriumSearch::start_from_half_resolution() {
 
 void EquilibriumSearch::cycle() {
   const trace::Span span("relaxation cycle");
-  static_cast<void>(
-      guard_.advance(direction_, step_, step_ * furthest_voxels_, kSettled * rms_voxels_));
+  static_cast<void>(guard_.advance(direction_, step_, furthest_voxels_, kSettled * rms_voxels_));
   aim(false);
 }
 

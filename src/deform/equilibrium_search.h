@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "deform/box_array.h"
 #include "deform/fold_guard.h"
+#include "deform/lattice.h"
 #include "deform/spring_box.h"
 #include "deform/stiffness_multigrid.h"
 
@@ -28,10 +29,15 @@ class EquilibriumSearch {
   // Of all springs and corners with a free end, stiffness * mm^2.
   double energy() const { return energy_; }
   double energy_at_start() const { return energy_at_start_; }  // of the state the box was in
-  // Of the state in fixed point, as SpringBox::lattice() gives it.
-  double rounded_energy();
-  // Corners near folding in the state now.
-  const std::vector<CellCorner>& bent() const { return guard_.bent(); }
+
+  // The state in fixed point.
+  struct Rounded {
+    Lattice lattice;
+    double energy = 0.0;
+    std::vector<CellCorner> at_risk;  // all corners that rounding may have folded
+  };
+  // published: as SpringBox::lattice has it.
+  Rounded rounded(const Lattice& published);
   // Estimated distances to equilibrium, of all elements and of the furthest.
   double rms_voxels() const { return rms_voxels_; }
   double largest_voxels() const { return largest_voxels_; }

@@ -146,8 +146,10 @@ double FoldCluster::energy(const std::vector<glm::dvec3>& u_mm,
                            const std::vector<double>& open) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < corners_.size(); ++i) {
-    const double j = glm::determinant(edges(corners_[i], u_mm));
-    if (!open.empty() && closes(open[i], j, kLeftByElement))
+    const glm::dmat3 e = edges(corners_[i], u_mm);
+    const double j = glm::determinant(e);
+    if (!open.empty() &&
+        closes(open[i], j, kLeftByElement, folds_.least_open(FoldEnergy::cofactors(e))))
       return std::numeric_limits<double>::infinity();
     sum += corners_[i].kappa * fold_penalty(j).value;
   }

@@ -5,12 +5,15 @@
 
 namespace maille {
 
-FoldEnergy::FoldEnergy(const SpringBox& box)
+FoldEnergy::FoldEnergy(const SpringBox& box, double largest_u_voxels)
     : box_(box),
       steps_{box.step(0), box.step(2), box.step(4)},
       springs_{0, 2, 4},
       area_mm2_(
-          std::cbrt(std::pow(box.spacing_mm().x * box.spacing_mm().y * box.spacing_mm().z, 2.0))) {}
+          std::cbrt(std::pow(box.spacing_mm().x * box.spacing_mm().y * box.spacing_mm().z, 2.0))),
+      largest_u_voxels_(largest_u_voxels),
+      // Each end of an edge is rounded when it moves, and again when they are subtracted.
+      edge_rounding_(8.0 * 0x1p-24 * (1.0 + largest_u_voxels)) {}
 
 std::array<std::int64_t, 4> FoldEnergy::elements_of(const CellCorner& corner) const {
   const std::int64_t e = corner.element;

@@ -61,17 +61,12 @@ inline FoldPenalty fold_penalty(double determinant) {
 // No step may leave less than this of what an open corner had, or of its reach.
 inline constexpr double kLeft = 0.3;
 inline constexpr double kLeftByElement = 0.2;
-// Nor take an open corner to where its energy goes straight: it would stay there.
+// Nor take an open corner to where its energy goes straight, and it would stay.
 inline constexpr double kLeastOpen = 2.0 * kFoldFloor * kFoldReach;
 
-// The least J that a step may leave of an open corner.
-inline double least_left(double was, double share) {
-  return std::max(share * std::min(was, kFoldReach), std::min(was, kLeastOpen));
-}
-
-// Whether it leaves too little of a corner.
-inline bool closes(double was, double now, double share) {
-  return now < share * kFoldReach && was > 0.0 && now < least_left(was, share);
+// Whether a step leaves too little of a corner. least_open: FoldEnergy::least_open.
+inline bool closes(double was, double now, double share, double least_open) {
+  return was > 0.0 && now < std::max(share * std::min(was, kFoldReach), std::min(was, least_open));
 }
 
 // An element of the box and the signs of three steps from it: bit a set, the one along axis a is
@@ -87,7 +82,8 @@ struct CellCorner {
 // Three edges at a corner as functions of the four elements there; edges point upwards.
 class FoldEnergy {
  public:
-  explicit FoldEnergy(const SpringBox& box);
+  // No component of a displacement is larger than so much.
+  explicit FoldEnergy(const SpringBox& box, double largest_u_voxels = 0.0);
 
   // The element of a corner and the three beside it.
   std::array<std::int64_t, 4> elements_of(const CellCorner& corner) const;
@@ -109,7 +105,27 @@ class FoldEnergy {
     }
   }
 
+  // The eight of the cell whose lowest corner is an element, those that count.
+  template <class F>
+  void for_each_corner_of_cell(std::int64_t lowest, F&& f) const {
+    for (std::uint8_t at_high = 0; at_high < 8; ++at_high) {
+      std::int64_t e = lowest;
+      for (int axis = 0; axis < 3; ++axis) {
+        if ((at_high >> axis) & 1) e += steps_[static_cast<std::size_t>(axis)];
+      }
+      const CellCorner corner{e, at_high};
+      if (counts(corner)) f(corner);
+    }
+  }
+
+  double largest_u_voxels() const { return largest_u_voxels_; }
+
   double determinant(const CellCorner& corner) const;
+  // What no step may take the J of an open corner below, by the cofactors of its edges.
+  double least_open(const glm::dmat3& by_edges) const {
+    return kLeastOpen + edge_rounding_ * (glm::length(by_edges[0]) + glm::length(by_edges[1]) +
+                                          glm::length(by_edges[2]));
+  }
 
   // Columns: edge a over the spacing along a, in units of the cell at rest; row c: component c.
   glm::dmat3 edges(const CellCorner& corner) const;
@@ -139,6 +155,8 @@ class FoldEnergy {
   std::array<std::int64_t, 3> steps_;
   std::array<int, 3> springs_;  // the even axis springs
   double area_mm2_;             // the cell's volume to the power of 2/3
+  double largest_u_voxels_;
+  double edge_rounding_;  // of an edge between floats, in voxels
 };
 
 }  // namespace maille

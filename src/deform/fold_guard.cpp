@@ -45,6 +45,18 @@ glm::dvec3 at(const BoxVectors& v, std::int64_t e) {
   return {double{v[0][e]}, double{v[1][e]}, double{v[2][e]}};
 }
 
+double largest_component_voxels(const SpringBox& box, WorkerPool& pool) {
+  const Size3 extent = box.extent();
+  std::vector<float> largest(static_cast<std::size_t>(extent.z));
+  pool.for_each(extent.z, [&](std::int64_t plane, int) {
+    const std::int64_t begin = plane * extent.x * extent.y;
+    largest[static_cast<std::size_t>(plane)] =
+        largest_square(&box.u_mm()[0][begin], &box.u_mm()[1][begin], &box.u_mm()[2][begin],
+                       glm::vec3(1.0 / box.spacing_mm()), extent.x * extent.y);
+  });
+  return std::sqrt(double{*std::max_element(largest.begin(), largest.end())});
+}
+
 template <class T>
 void sort_once(std::vector<T>& v) {
   std::sort(v.begin(), v.end());
@@ -64,7 +76,7 @@ struct FoldGuard::Element {
 FoldGuard::FoldGuard(SpringBox& box, WorkerPool& pool)
     : box_(box),
       pool_(pool),
-      folds_(box),
+      folds_(box, largest_component_voxels(box, pool)),
       rows_(static_cast<std::size_t>(box.extent().y) * static_cast<std::size_t>(box.extent().z)) {
   find_bent(find_near(0.0), {});
 }
@@ -98,16 +110,9 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
         if (double{measure.least} >= near) continue;
         for (int x = 0; x < count; ++x) {
           if (double{least[x]} >= near) continue;
-          for (std::uint8_t at_high = 0; at_high < 8; ++at_high) {
-            std::int64_t e = r * extent.x + x0 + x;
-            for (int axis = 0; axis < 3; ++axis) {
-              if ((at_high >> axis) & 1) e += box_.step(2 * axis);
-            }
-            const CellCorner corner{e, at_high};
-            if (folds_.counts(corner) && folds_.determinant(corner) < kNear) {
-              corners.push_back(corner);
-            }
-          }
+          folds_.for_each_corner_of_cell(r * extent.x + x0 + x, [&](const CellCorner& corner) {
+            if (folds_.determinant(corner) < kNear) corners.push_back(corner);
+          });
         }
       }
     }
@@ -119,6 +124,8 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
 
 double FoldGuard::advance(const BoxVectors& direction, double step, double furthest_voxels,
                           double enough_voxels) {
+  constexpr double kFurthest = 4.0;
+  step = std::min(step, kFurthest * (1.0 + folds_.largest_u_voxels()) / furthest_voxels);
   add(direction, step);
   std::vector<CellCorner> near = find_near(step * furthest_voxels);
   // Where not a few corners close but many, the step was too long for all.
@@ -158,10 +165,10 @@ void FoldGuard::add(const BoxVectors& direction, double step) {
 std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
                                  double step) const {
   return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
-    const double now = folds_.determinant(corner);
-    if (now >= kLeft * kFoldReach) return false;
-    const glm::dmat3 before = folds_.edges(corner) - step * folds_.edges_of(corner, direction);
-    return closes(glm::determinant(before), now, kLeft);
+    const glm::dmat3 now = folds_.edges(corner);
+    const glm::dmat3 before = now - step * folds_.edges_of(corner, direction);
+    return closes(glm::determinant(before), glm::determinant(now), kLeft,
+                  folds_.least_open(FoldEnergy::cofactors(now)));
   }));
 }
 
@@ -191,8 +198,9 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
     return glm::determinant(edges);
   };
   const auto is_closed = [&](const CellCorner& corner) {
-    const double now = folds_.determinant(corner);
-    return now < kLeft * kFoldReach && closes(before(corner), now, kLeft);
+    const glm::dmat3 now = folds_.edges(corner);
+    return closes(before(corner), glm::determinant(now), kLeft,
+                  folds_.least_open(FoldEnergy::cofactors(now)));
   };
   std::vector<CellCorner> closed;
   for (const CellCorner& corner : near) {
@@ -352,6 +360,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
   h[5] += same;
   std::array<glm::dvec3, 32> slopes;  // of J, by the element's position
   std::array<double, 32> open;        // J
+  std::array<double, 32> least_open;
   const std::size_t corners = here.corners.size();
   for (std::size_t i = 0; i < corners; ++i) {
     const CornerHere& c = here.corners[i];
@@ -363,6 +372,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
     }
     const glm::dmat3 by_edges = FoldEnergy::cofactors(edges);
     open[i] = glm::dot(edges[0], by_edges[0]);
+    least_open[i] = folds_.least_open(by_edges);
     slopes[i] = (by_edges * c.shares) * voxels_from_mm;
     const FoldPenalty penalty = fold_penalty(open[i]);
     if (!(penalty.value > 0.0)) continue;
@@ -381,7 +391,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
     bool closed = false;
     for (std::size_t i = 0; i < corners && !closed; ++i) {
       const double j = open[i] + glm::dot(slopes[i], move);
-      closed = open[i] > 0.0 && j < least_left(open[i], kLeftByElement);
+      closed = closes(open[i], j, kLeftByElement, least_open[i]);
       moved_energy += here.corners[i].kappa * fold_penalty(j).value;
     }
     if (closed) continue;

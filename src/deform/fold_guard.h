@@ -21,9 +21,11 @@ class FoldGuard {
   // Finds the corners near folding of the state the box is in. Throws std::bad_alloc.
   FoldGuard(SpringBox& box, WorkerPool& pool);
 
-  // Adds `step` times a direction to the state. furthest_voxels: no element moves further by it.
-  // Elements near folding are settled until they move by less than enough_voxels. Returns the step
-  // that was added: half of it, or less, where all of it would close not a few corners but many.
+  // Adds `step` times a direction to the state. furthest_voxels: no element moves further by a step
+  // of 1. Elements near folding are settled until they move by less than enough_voxels. Returns the
+  // step that was added: half of it, or less, where all of it would close not a few corners but
+  // many, and none further than a few times the largest displacement, of which floats would lose
+  // the digits that corners need.
   double advance(const BoxVectors& direction, double step, double furthest_voxels,
                  double enough_voxels);
 

@@ -20,7 +20,7 @@ constexpr std::int64_t kBytesPerElement = 64;
 // Where in so many iterations neither the estimate has fallen by a tenth nor the energy by this
 // share, they will not. Far from equilibrium estimates rise and fall while the energy only falls.
 constexpr int kPatience = 12;
-constexpr double kEnergyGain = 1e-4;
+constexpr double kEnergyGain = 1e-2;
 
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};
@@ -156,8 +156,7 @@ struct Relaxation::State {
     return true;
   }
 
-  // Whether a corner near folding that is open in the state given last is folded in the next one,
-  // exactly: floats of displacements far from rest do not tell.
+  // Whether a corner that is open in the state given last is folded in the next one.
   bool folds_any(const std::vector<CellCorner>& corners, const Lattice& next) const {
     const SpringBox& box = search->box();
     const auto determinant = [&](const Lattice& lattice, VoxelIndex at, std::uint8_t signs) {
@@ -178,19 +177,16 @@ struct Relaxation::State {
     });
   }
 
-  // Rounding may undo, near the end, what little a cycle has won, and fold a cell that is nearly
-  // flat: then what was given last is given again.
+  // Rounding may undo, near the end, what little a cycle has won, and fold a cell that no other way
+  // to round keeps open: then what was given last is given again.
   Lattice lattice() {
     const trace::Span span("relaxation publish");
     if (unpublished && search) {
       unpublished = false;
-      const double energy = search->rounded_energy();
-      if (energy <= published_energy) {
-        Lattice next = search->box().lattice(published, pool);
-        if (!folds_any(search->bent(), next)) {
-          published = std::move(next);
-          published_energy = energy;
-        }
+      EquilibriumSearch::Rounded next = search->rounded(published);
+      if (next.energy <= published_energy && !folds_any(next.at_risk, next.lattice)) {
+        published = std::move(next.lattice);
+        published_energy = next.energy;
       }
       progress.energy_last = published_energy;
     }

@@ -112,7 +112,10 @@ class Judge {
 
   static double penalty(double determinant) {
     const double q = determinant / kCorners.reach;
-    return q >= 1.0 ? 0.0 : q < 0.0 ? 1.0 - 2.0 * q : (1.0 - q) * (1.0 - q);
+    if (q >= 1.0) return 0.0;
+    const double at = std::max(q, kCorners.straight_below);
+    const double wall = 3.0 * at < 1.0 ? -std::pow(1.0 - 3.0 * at, 2) * std::log(3.0 * at) : 0.0;
+    return std::pow(1.0 - at, 2) + wall + 2.0 * (at - q);
   }
 
   template <class F>
