@@ -138,6 +138,27 @@ void EquilibriumSearch::compute_forces() {
   guard_.add_forces(forces_);
 }
 
+// Multigrid knows springs alone: it would send an element far through the wall that pushes it. So
+// forces on the few in a wall count, and their moves are, by the share that springs have of their
+// stiffness, the root of it each time, so that the inverse stays symmetric.
+void EquilibriumSearch::solve_for_moves() {
+  const auto shares = guard_.spring_shares();
+  std::vector<std::array<float, 3>> all;
+  all.reserve(shares.size());
+  for (const auto& [e, root] : shares) {
+    all.push_back({forces_[0][e], forces_[1][e], forces_[2][e]});
+    for (auto& component : forces_) component[e] *= root;
+  }
+  multigrid_.solve(forces_, moves_);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const auto& [e, root] = shares[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      forces_[c][e] = all[i][c];
+      moves_[c][e] *= root;
+    }
+  }
+}
+
 // The direction and length of the next step, and what can be told from them.
 void EquilibriumSearch::aim(bool first) {
   compute_forces();
@@ -146,7 +167,7 @@ void EquilibriumSearch::aim(bool first) {
     old_moves_dot_forces = over_rows<1>(
         1, [&](const SpringRun& run, auto& sums) { sums[0] += dot(moves_, forces_, run); })[0];
   }
-  multigrid_.solve(forces_, moves_);
+  solve_for_moves();
   const auto now = over_rows<2>(1, [&](const SpringRun& run, auto& sums) {
     sums[0] += dot(moves_, forces_, run);
     sums[1] += dot(moves_, moves_, run);

@@ -52,6 +52,7 @@ class EquilibriumSearch {
   void start_from_half_resolution();
   void aim(bool first);
   void compute_forces();
+  void solve_for_moves();
   double turn(float keep);
   void measure(double slope, double moves_squared, bool first);
   double length_of_step(double slope, double curvature, double folds);

@@ -478,4 +478,30 @@ double FoldGuard::curvature(const BoxVectors& direction) const {
   return sum;
 }
 
+std::vector<FoldGuard::SpringShare> FoldGuard::spring_shares() const {
+  std::vector<std::pair<std::int64_t, double>> walls;  // element and stiffness
+  for (const CellCorner& corner : bent_) {
+    const glm::dmat3 by_edges = FoldEnergy::cofactors(folds_.edges(corner));
+    const double j = folds_.determinant(corner);
+    if (j >= kFoldWall * kFoldReach) continue;
+    const double stiffness = folds_.kappa(corner) * std::max(0.0, fold_penalty(j).curvature - 2.0) / (kFoldReach * kFoldReach);
+    for (const std::int64_t e : folds_.elements_of(corner)) {
+      if (!box_.is_free(e)) continue;
+      const glm::dvec3 slope = by_edges * folds_.shares(corner, e) / box_.spacing_mm();
+      walls.emplace_back(e, stiffness * glm::dot(slope, slope));
+    }
+  }
+  std::sort(walls.begin(), walls.end());
+  std::vector<SpringShare> shares;
+  for (std::size_t i = 0; i < walls.size();) {
+    const std::int64_t e = walls[i].first;
+    double wall = 0.0;
+    for (; i < walls.size() && walls[i].first == e; ++i) wall += walls[i].second;
+    double springs = 0.0;
+    for (int s = 0; s < kSprings; ++s) springs += double{box_.stiffness(e, s)};
+    shares.push_back({e, static_cast<float>(std::sqrt(springs / (springs + wall)))});
+  }
+  return shares;
+}
+
 }  // namespace maille

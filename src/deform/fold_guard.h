@@ -35,6 +35,14 @@ class FoldGuard {
   void add_forces(BoxVectors& forces) const;
   double curvature(const BoxVectors& direction) const;
 
+  // Of the elements in the wall of a corner, by rising element: the root of the share that springs
+  // have of their stiffness, the wall the rest.
+  struct SpringShare {
+    std::int64_t element = 0;
+    float root = 1.0f;
+  };
+  std::vector<SpringShare> spring_shares() const;
+
   // Corners that are folded, as they were when the guard was made.
   std::int64_t folded() const { return folded_; }
 
