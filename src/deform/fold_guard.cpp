@@ -483,8 +483,8 @@ std::vector<FoldGuard::SpringShare> FoldGuard::spring_shares() const {
   for (const CellCorner& corner : bent_) {
     const glm::dmat3 by_edges = FoldEnergy::cofactors(folds_.edges(corner));
     const double j = folds_.determinant(corner);
-    if (j >= kFoldWall * kFoldReach) continue;
-    const double stiffness = folds_.kappa(corner) * std::max(0.0, fold_penalty(j).curvature - 2.0) / (kFoldReach * kFoldReach);
+    if (j >= kFoldReach) continue;
+    const double stiffness = folds_.kappa(corner) * fold_penalty(j).curvature / (kFoldReach * kFoldReach);
     for (const std::int64_t e : folds_.elements_of(corner)) {
       if (!box_.is_free(e)) continue;
       const glm::dvec3 slope = by_edges * folds_.shares(corner, e) / box_.spacing_mm();

@@ -17,10 +17,12 @@ namespace {
 
 // What a free element takes: four vectors, flags, materials, and the coarser levels.
 constexpr std::int64_t kBytesPerElement = 64;
-// Where in so many iterations neither the estimate has fallen by a tenth nor the energy by this
-// share, they will not. Far from equilibrium estimates rise and fall while the energy only falls.
+// Where in so many iterations neither estimate has fallen by a tenth nor the energy by this share,
+// they will not. Far from equilibrium estimates rise and fall while the energy only falls. Nor goes
+// a search on for ever whose energy crawls.
 constexpr int kPatience = 12;
-constexpr double kEnergyGain = 1e-2;
+constexpr double kEnergyGain = 3e-3;
+constexpr int kMostIterations = 600;
 
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};
@@ -52,8 +54,10 @@ struct Relaxation::State {
   std::vector<glm::dvec3> rim_before;
   std::deque<double> rms_lately;
   double best_residual = std::numeric_limits<double>::infinity();
+  double best_rms = std::numeric_limits<double>::infinity();
   double best_energy = std::numeric_limits<double>::infinity();
   int iterations_without_gain = 0;
+  int iterations_here = 0;  // since the region last grew
   bool unpublished = false;  // the search has moved on since
   double published_energy = 0.0;
 
@@ -91,8 +95,8 @@ struct Relaxation::State {
     progress.region_limited = region.limited();
     progress.energy_first = progress.energy_last = published_energy = search->energy_at_start();
     rms_lately.clear();
-    best_residual = best_energy = std::numeric_limits<double>::infinity();
-    iterations_without_gain = 0;
+    best_residual = best_rms = best_energy = std::numeric_limits<double>::infinity();
+    iterations_without_gain = iterations_here = 0;
     note();
   }
 
@@ -118,8 +122,10 @@ struct Relaxation::State {
     progress.residual_rms_voxels = left * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
     if (progress.residual_voxels < 0.9 * best_residual ||
+        progress.residual_rms_voxels < 0.9 * best_rms ||
         progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
       best_residual = std::min(best_residual, progress.residual_voxels);
+      best_rms = std::min(best_rms, progress.residual_rms_voxels);
       best_energy = progress.energy_last;
       iterations_without_gain = 0;
     } else {
@@ -128,7 +134,7 @@ struct Relaxation::State {
     if (progress.residual_voxels <= options.tolerance_voxels) {
       if (rim_is_pulled() && enlarge()) return;
       progress.converged = true;
-    } else if (iterations_without_gain >= kPatience) {
+    } else if (iterations_without_gain >= kPatience || iterations_here >= kMostIterations) {
       progress.at_float_limit = true;
     }
   }
@@ -136,6 +142,7 @@ struct Relaxation::State {
   void iterate() {
     if (progress.finished()) return;
     ++progress.iterations;
+    ++iterations_here;
     progress.element_updates += progress.free_elements;
     search->cycle();
     note();
