@@ -125,6 +125,7 @@ void FoldCluster::gather_corners() {
       if (!any) continue;
       for (int axis = 0; axis < 3; ++axis) here.signs[axis] = (signs >> axis) & 1 ? -1.0 : 1.0;
       here.kappa = folds_.kappa(corner);
+      here.guarded = folds_.is_guarded(corner);
       corners_.push_back(here);
     }
   }
@@ -148,7 +149,7 @@ double FoldCluster::energy(const std::vector<glm::dvec3>& u_mm,
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     const glm::dmat3 e = edges(corners_[i], u_mm);
     const double j = glm::determinant(e);
-    if (!open.empty() &&
+    if (!open.empty() && corners_[i].guarded &&
         closes(open[i], j, kLeftByElement, folds_.least_open(FoldEnergy::cofactors(e))))
       return std::numeric_limits<double>::infinity();
     sum += corners_[i].kappa * fold_penalty(j).value;

@@ -44,6 +44,7 @@ class FoldCluster {
     std::array<glm::dvec3, 4> held_mm{};
     glm::dvec3 signs{1};
     double kappa = 0.0;
+    bool guarded = true;
   };
   struct Newton;
 

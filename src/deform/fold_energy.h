@@ -118,6 +118,21 @@ class FoldEnergy {
     }
   }
 
+  // Its lowest element.
+  std::int64_t cell_of(const CellCorner& corner) const {
+    std::int64_t e = corner.element;
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((corner.signs >> axis) & 1) e -= steps_[static_cast<std::size_t>(axis)];
+    }
+    return e;
+  }
+  // Whether no step may close it: those of a cell that is folded anyway may, for there is often no
+  // other way out of a knot. Rising.
+  bool is_guarded(const CellCorner& corner) const {
+    return !std::binary_search(folded_cells_.begin(), folded_cells_.end(), cell_of(corner));
+  }
+  void set_folded_cells(std::vector<std::int64_t> cells) { folded_cells_ = std::move(cells); }
+
   double largest_u_voxels() const { return largest_u_voxels_; }
 
   double determinant(const CellCorner& corner) const;
@@ -155,6 +170,7 @@ class FoldEnergy {
   std::array<std::int64_t, 3> steps_;
   std::array<int, 3> springs_;  // the even axis springs
   double area_mm2_;             // the cell's volume to the power of 2/3
+  std::vector<std::int64_t> folded_cells_;
   double largest_u_voxels_;
   double edge_rounding_;  // of an edge between floats, in voxels
 };

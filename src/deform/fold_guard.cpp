@@ -39,6 +39,7 @@ struct CornerHere {
   glm::dvec3 signs{1};
   glm::dvec3 shares{0};
   double kappa = 0.0;
+  bool guarded = true;
 };
 
 glm::dvec3 at(const BoxVectors& v, std::int64_t e) {
@@ -165,6 +166,7 @@ void FoldGuard::add(const BoxVectors& direction, double step) {
 std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
                                  double step) const {
   return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
+    if (!folds_.is_guarded(corner)) return false;
     const glm::dmat3 now = folds_.edges(corner);
     const glm::dmat3 before = now - step * folds_.edges_of(corner, direction);
     return closes(glm::determinant(before), glm::determinant(now), kLeft,
@@ -198,6 +200,7 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
     return glm::determinant(edges);
   };
   const auto is_closed = [&](const CellCorner& corner) {
+    if (!folds_.is_guarded(corner)) return false;
     const glm::dmat3 now = folds_.edges(corner);
     return closes(before(corner), glm::determinant(now), kLeft,
                   folds_.least_open(FoldEnergy::cofactors(now)));
@@ -274,7 +277,8 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_
             here.corners.push_back({folds_.elements_of(corner),
                                     {sign(0), sign(1), sign(2)},
                                     folds_.shares(corner, e),
-                                    folds_.kappa(corner)});
+                                    folds_.kappa(corner),
+                                    folds_.is_guarded(corner)});
           });
         }
       });
@@ -391,7 +395,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
     bool closed = false;
     for (std::size_t i = 0; i < corners && !closed; ++i) {
       const double j = open[i] + glm::dot(slopes[i], move);
-      closed = closes(open[i], j, kLeftByElement, least_open[i]);
+      closed = here.corners[i].guarded && closes(open[i], j, kLeftByElement, least_open[i]);
       moved_energy += here.corners[i].kappa * fold_penalty(j).value;
     }
     if (closed) continue;
@@ -460,6 +464,12 @@ void FoldGuard::find_bent(const std::vector<CellCorner>& near,
     bent_.insert(bent_.end(), found[p].begin(), found[p].end());
     folded_ += folded[p];
   }
+  std::vector<std::int64_t> cells;
+  for (const CellCorner& corner : bent_) {
+    if (folds_.determinant(corner) <= 0.0) cells.push_back(folds_.cell_of(corner));
+  }
+  sort_once(cells);
+  folds_.set_folded_cells(std::move(cells));
 }
 
 double FoldGuard::energy() const {
@@ -484,7 +494,8 @@ std::vector<FoldGuard::SpringShare> FoldGuard::spring_shares() const {
     const glm::dmat3 by_edges = FoldEnergy::cofactors(folds_.edges(corner));
     const double j = folds_.determinant(corner);
     if (j >= kFoldReach) continue;
-    const double stiffness = folds_.kappa(corner) * fold_penalty(j).curvature / (kFoldReach * kFoldReach);
+    const double stiffness =
+        folds_.kappa(corner) * fold_penalty(j).curvature / (kFoldReach * kFoldReach);
     for (const std::int64_t e : folds_.elements_of(corner)) {
       if (!box_.is_free(e)) continue;
       const glm::dvec3 slope = by_edges * folds_.shares(corner, e) / box_.spacing_mm();

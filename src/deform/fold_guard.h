@@ -1,11 +1,11 @@
 // Moves the elements of a box along a direction without folding a cell.
 //
 // The step is right for nearly all elements and far too bold for a few around a hard pull. There it
-// is taken back, by halves, until no corner that was open comes near folding; then the elements
-// around corners near folding are moved one by one to where their own energy is least (Newton's
-// method on three unknowns, springs and corners, never across J = 0), again and again, and those of
-// a small cluster then all together (fold_cluster.h). So the few do not rule the step of all, and
-// what is stiff in them is gone before the next one.
+// is taken back, by halves, until no corner of a cell that was open comes near folding; then the
+// elements around corners near folding are moved one by one to where their own energy is least
+// (Newton's method on three unknowns, springs and corners, never across J = 0), again and again,
+// and those of a small cluster then all together (fold_cluster.h). So the few do not rule the step
+// of all, and what is stiff in them is gone before the next one.
 #pragma once
 
 #include <cstdint>

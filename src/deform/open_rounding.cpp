@@ -47,6 +47,13 @@ std::vector<CellCorner> corners_at_risk(const FoldEnergy& folds, WorkerPool& poo
   return all;
 }
 
+bool is_open(const FoldEnergy& folds, std::int64_t cell) {
+  bool open = true;
+  folds.for_each_corner_of_cell(
+      cell, [&](const CellCorner& corner) { open = open && folds.determinant(corner) > 0.0; });
+  return open;
+}
+
 // The state in fixed point, as far as it has been looked at.
 class RoundedState {
  public:
@@ -132,7 +139,7 @@ OpenRounding open_rounding(const SpringBox& box, WorkerPool& pool) {
   for (int round = 0; round < kMostRounds && !all_open; ++round) {
     all_open = true;
     for (const CellCorner& corner : rounding.at_risk) {
-      if (state.determinant(corner) > 0.0 || !(folds.determinant(corner) > 0.0)) continue;
+      if (state.determinant(corner) > 0.0 || !is_open(folds, folds.cell_of(corner))) continue;
       all_open = false;
       if (attempts-- > 0) open(corner, folds, state);
     }

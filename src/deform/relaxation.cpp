@@ -17,10 +17,10 @@ namespace {
 
 // What a free element takes: four vectors, flags, materials, and the coarser levels.
 constexpr std::int64_t kBytesPerElement = 64;
-// Where in so many iterations neither estimate has fallen by a tenth nor the energy by this share,
-// they will not. Far from equilibrium estimates rise and fall while the energy only falls. Nor goes
-// a search on for ever whose energy crawls.
-constexpr int kPatience = 12;
+// Where in so many iterations neither estimate has fallen by a tenth, nor the energy by this share,
+// nor has a corner unfolded, they will not. Far from equilibrium estimates rise and fall while the
+// energy only falls. Nor goes a search on for ever whose energy crawls.
+constexpr int kPatience = 20;
 constexpr double kEnergyGain = 3e-3;
 constexpr int kMostIterations = 600;
 
@@ -56,8 +56,9 @@ struct Relaxation::State {
   double best_residual = std::numeric_limits<double>::infinity();
   double best_rms = std::numeric_limits<double>::infinity();
   double best_energy = std::numeric_limits<double>::infinity();
+  std::int64_t least_folded = std::numeric_limits<std::int64_t>::max();
   int iterations_without_gain = 0;
-  int iterations_here = 0;  // since the region last grew
+  int iterations_here = 0;   // since the region last grew
   bool unpublished = false;  // the search has moved on since
   double published_energy = 0.0;
 
@@ -96,36 +97,41 @@ struct Relaxation::State {
     progress.energy_first = progress.energy_last = published_energy = search->energy_at_start();
     rms_lately.clear();
     best_residual = best_rms = best_energy = std::numeric_limits<double>::infinity();
+    least_folded = std::numeric_limits<std::int64_t>::max();
     iterations_without_gain = iterations_here = 0;
     note();
   }
 
-  // What a move leaves over goes on shrinking as moves have of late: where multigrid sees part of
-  // the error badly (turns of stiff parts, the sides of cuts) they shrink slowly, and there is
-  // further to go than one of them says.
-  double rate_of(double rms_voxels) {
+  // How much further it is than one move goes. Steps to come go on shrinking as they have of late:
+  // where multigrid sees part of the error badly (turns of stiff parts, the sides of cuts), slowly.
+  // Those of conjugate gradients are orthogonal in energy, so their squares add up (Hestenes and
+  // Stiefel 1952, Strakos and Tichy 2002).
+  double steps_to_come(double rms_voxels) {
     constexpr std::size_t kLately = 3;
-    constexpr double kSlowest = 0.7;
+    constexpr double kSlowest = 0.95;
+    constexpr double kMargin = 1.25;  // moves are rather too short than too long
     const bool known = rms_lately.size() >= kLately && rms_lately.front() > 0.0;
     const double rate =
         known ? std::pow(rms_voxels / rms_lately.front(), 1.0 / static_cast<double>(kLately)) : 0.3;
     rms_lately.push_back(rms_voxels);
     if (rms_lately.size() > kLately) rms_lately.pop_front();
-    return std::clamp(rate, 0.0, kSlowest);
+    const double shrink = std::min(rate, kSlowest);
+    return kMargin / std::sqrt(1.0 - shrink * shrink);
   }
 
   void note() {
     unpublished = true;
     progress.energy_last = std::min(search->energy(), progress.energy_last);
-    const double left = 1.0 / (1.0 - rate_of(search->rms_voxels()));
+    const double left = steps_to_come(search->rms_voxels());
     progress.residual_voxels = left * search->largest_voxels();
     progress.residual_rms_voxels = left * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
     if (progress.residual_voxels < 0.9 * best_residual ||
-        progress.residual_rms_voxels < 0.9 * best_rms ||
+        progress.residual_rms_voxels < 0.9 * best_rms || progress.folded_corners < least_folded ||
         progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
       best_residual = std::min(best_residual, progress.residual_voxels);
       best_rms = std::min(best_rms, progress.residual_rms_voxels);
+      least_folded = std::min(least_folded, progress.folded_corners);
       best_energy = progress.energy_last;
       iterations_without_gain = 0;
     } else {
@@ -163,24 +169,29 @@ struct Relaxation::State {
     return true;
   }
 
-  // Whether a corner that is open in the state given last is folded in the next one.
+  // Whether a cell that is open in the state given last is folded in the next one.
   bool folds_any(const std::vector<CellCorner>& corners, const Lattice& next) const {
     const SpringBox& box = search->box();
-    const auto determinant = [&](const Lattice& lattice, VoxelIndex at, std::uint8_t signs) {
+    const FoldEnergy folds(box);
+    const auto is_folded = [&](const Lattice& lattice, const CellCorner& corner) {
+      const VoxelIndex at = box.voxel(corner.element);
       glm::dmat3 edges(1.0);
       for (int axis = 0; axis < 3; ++axis) {
-        const int sign = (signs >> axis) & 1 ? -1 : 1;
+        const int sign = (corner.signs >> axis) & 1 ? -1 : 1;
         VoxelIndex beside = at;
         beside[axis] += sign;
         edges[axis] += static_cast<double>(sign) *
                        (lattice.displacement_voxels(beside) - lattice.displacement_voxels(at));
       }
-      return glm::determinant(edges);
+      return glm::determinant(edges) <= 0.0;
     };
     return std::any_of(corners.begin(), corners.end(), [&](const CellCorner& corner) {
-      const VoxelIndex at = box.voxel(corner.element);
-      return determinant(next, at, corner.signs) <= 0.0 &&
-             determinant(published, at, corner.signs) > 0.0;
+      if (!is_folded(next, corner)) return false;
+      bool was_folded = false;
+      folds.for_each_corner_of_cell(folds.cell_of(corner), [&](const CellCorner& of_cell) {
+        was_folded = was_folded || is_folded(published, of_cell);
+      });
+      return !was_folded;
     });
   }
 

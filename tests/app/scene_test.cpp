@@ -78,7 +78,7 @@ TEST(Scene, ReadsEveryKey) {
   EXPECT_TRUE(table.materials()[1].fixed);
   EXPECT_EQ(table.materials()[0].rest_vector_blend, 0.5);
   EXPECT_EQ(table.materials()[0].yield_strain, 0.125);
-  EXPECT_DOUBLE_EQ(table.materials()[1].rest_vector_blend.value(), 0.25 * 0.001);
+  EXPECT_DOUBLE_EQ(table.materials()[1].rest_vector_blend.value(), 0.25 * 0.001 / 1000);
   EXPECT_EQ(table.materials()[1].yield_strain, std::nullopt);
   EXPECT_EQ(scene.anchors.faces, face_low_z | face_high_x);
   EXPECT_FALSE(scene.anchors.free_border);
