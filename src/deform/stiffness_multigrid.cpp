@@ -110,8 +110,9 @@ class StiffnessLevel {
   }
 
   // Where springs are missing, the elements of a block that hang together: the most of them take
-  // part in the next level's element, the others only here. One that joined the two sides of a cut
-  // would drag along what hangs on nothing.
+  // part in the next level's element, the others only here, and springs to them are left out of it.
+  // One that joined the two sides of a cut would drag along what hangs on nothing; to hold the next
+  // level by such springs would hold the side of a cut that is free.
   void part_blocks() {
     joins_ = BoxArray<std::uint8_t>(extent_, pool_);
     const Size3 blocks = parent_extent(extent_) - 2;
@@ -518,32 +519,35 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
       for (int y = 2 * Y - 1; y <= std::min(2 * Y, fine.y - 2); ++y) {
         const std::int64_t r = box.row(y, z);
         if (box.kind(r) == RowKind::held) continue;
-        for_each_run(box, r, 2 * X0 - 1, std::min(2 * X1 + 1, fine.x - 1),
-                     [&](const SpringRun& run) {
-                       const int x0 = static_cast<int>(run.first - r * fine.x);
-                       for (int s = 0; s < kSprings; ++s) {
-                         float k[kLongestRun];
-                         stiffnesses(box, run, s, k);
-                         const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
-                         const int dy = parent(y + o.y) - Y;
-                         const int dz = parent(z + o.z) - Z;
-                         for (int i = 0; i < run.count; ++i) {
-                           const int x = x0 + i;
-                           if (!box.is_free(run.first + i) || !finer.joins(run.first + i)) continue;
-                           add_spring(row(Y, Z) * extent().x + parent(x),
-                                      {parent(x + o.x) - parent(x), dy, dz},
-                                      box.is_free(run.first + i + box.step(s)) &&
-                                          finer.joins(run.first + i + box.step(s)),
-                                      k[i]);
-                         }
-                       }
-                     });
+        for_each_run(
+            box, r, 2 * X0 - 1, std::min(2 * X1 + 1, fine.x - 1), [&](const SpringRun& run) {
+              const int x0 = static_cast<int>(run.first - r * fine.x);
+              for (int s = 0; s < kSprings; ++s) {
+                float k[kLongestRun];
+                stiffnesses(box, run, s, k);
+                const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
+                const int dy = parent(y + o.y) - Y;
+                const int dz = parent(z + o.z) - Z;
+                for (int i = 0; i < run.count; ++i) {
+                  const int x = x0 + i;
+                  const std::int64_t other = run.first + i + box.step(s);
+                  if (!box.is_free(run.first + i) || !finer.joins(run.first + i)) continue;
+                  if (box.is_free(other) && !finer.joins(other)) continue;
+                  add_spring(row(Y, Z) * extent().x + parent(x),
+                             {parent(x + o.x) - parent(x), dy, dz}, box.is_free(other), k[i]);
+                }
+              }
+            });
       }
     }
   }
 
   void add_up_springs(const Coarse& finer, WorkerPool& pool) {
     const Size3 fine = finer.extent();
+    std::array<std::int64_t, kSprings> finer_steps{};
+    for (int s = 0; s < kSprings; ++s) {
+      finer_steps[static_cast<std::size_t>(s)] = s % 2 ? -finer.step(s / 2) : finer.step(s / 2);
+    }
     pool.for_each(inner().z, [&](std::int64_t plane, int) {
       const int Z = static_cast<int>(plane) + 1;
       for (int z = 2 * Z - 1; z <= std::min(2 * Z, fine.z - 2); ++z) {
@@ -556,7 +560,7 @@ class StiffnessMultigrid::Coarse : public StiffnessLevel {
               const glm::ivec3 o = springs_[static_cast<std::size_t>(s)].offset;
               const float k =
                   s % 2 ? finer.stiffness(s / 2, e - finer.step(s / 2)) : finer.stiffness(s / 2, e);
-              if (k == 0.0f) continue;
+              if (k == 0.0f || !finer.joins(e + finer_steps[static_cast<std::size_t>(s)])) continue;
               add_spring(
                   to,
                   {parent(x + o.x) - parent(x), parent(y + o.y) - parent(y), parent(z + o.z) - Z},

@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Scene{"alike", Size3(33), 1, false, 0.6, false},
                       Scene{"stiff ball", Size3(33), 1000, false, 0.6, false},
                       Scene{"very stiff ball", Size3(33), 1e6, false, 0.6, false},
-                      Scene{"cut", Size3(27, 30, 25), 50, true, 0.9, false},
+                      Scene{"cut", Size3(27, 30, 25), 50, true, 0.95, false},
                       Scene{"sheet", Size3(60, 50, 5), 1, false, 0.6, false},
                       Scene{"rod", Size3(140, 6, 7), 30, false, 0.6, false}));
 
