@@ -383,11 +383,25 @@ std::int64_t Document::undo_steps_dropped() const {
   return deformer_ && deformer_->history() ? deformer_->history()->dropped_steps() : 0;
 }
 
+void Document::measure_volume() {
+  const MaterialTable& table = deformer_->materials().table();
+  const auto kept = volume_kept(lattice(), cuts(), deformer_->materials(), pool_);
+  auto& out = statistics_.volume_kept.emplace();
+  out.all = sum_of(kept);
+  if (static_cast<std::size_t>(table.count()) != table.materials().size()) return;
+  for (std::size_t id = 0; id < kept.size(); ++id) {
+    if (kept[id].cells == 0) continue;
+    const bool mixed = id + 1 == kept.size();
+    out.by_material.push_back({mixed ? "mixed" : table.materials()[id].name, kept[id]});
+  }
+}
+
 void Document::measure_state() {
   statistics_.memory.peak_rss_bytes = peak_rss_bytes();
   if (!deformer_) return;
   if (options_.measure) {
     statistics_.resample->folded_cells = count_folded_cells(lattice(), cuts(), pool_);
+    measure_volume();
   }
   if (statistics_.cuts) {
     const auto counts = count_removed(cuts());

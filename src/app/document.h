@@ -17,6 +17,7 @@
 #include "core/parallel.h"
 #include "deform/deformer.h"
 #include "resample/resampler.h"
+#include "resample/volume_kept.h"
 #include "volume/statistics.h"
 #include "volume/volume.h"
 
@@ -105,6 +106,7 @@ class Document {
 
   // Sizes as they are now (and folded cells, where statistics are wanted) go into statistics().
   void measure_state();
+  void measure_volume();
 
   // Undo steps dropped for --undo-memory so far.
   std::int64_t undo_steps_dropped() const;

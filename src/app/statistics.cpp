@@ -88,6 +88,17 @@ Json section(const RunStatistics::Resample& s) {
           {"copy_seconds", s.copy_seconds}};
 }
 
+Json section(const VolumeKept& s) {
+  return {{"cells", s.cells}, {"ratio", s.ratio}, {"change_rms", s.change_rms}};
+}
+
+Json section(const RunStatistics::CellVolumes& s) {
+  Json out = section(s.all);
+  Json& materials = out["materials"] = Json::object();
+  for (const auto& [material, kept] : s.by_material) materials[material] = section(kept);
+  return out;
+}
+
 Json section(const RunStatistics::Frames& s) {
   Json out = {
       {"count", s.milliseconds.size()},
@@ -146,6 +157,7 @@ std::string to_json(const RunStatistics& s) {
   if (s.cuts) out["cuts"] = section(*s.cuts);
   if (s.undo) out["undo"] = section(*s.undo);
   if (s.relaxation) out["relaxation"] = section(*s.relaxation);
+  if (s.volume_kept) out["volume_kept"] = section(*s.volume_kept);
   if (s.resample) out["resample"] = section(*s.resample);
   if (s.upload) {
     out["upload"] = {

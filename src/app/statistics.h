@@ -11,6 +11,7 @@
 #include "core/result.h"
 #include "core/spaces.h"
 #include "resample/resampler.h"
+#include "resample/volume_kept.h"
 
 namespace maille {
 
@@ -100,6 +101,17 @@ struct RunStatistics {
     void add(const Resample& other);
   };
   std::optional<Resample> resample;
+
+  // resample/volume_kept.h; materials where each element has one of those stated.
+  struct VolumeKeptBy {
+    std::string material;  // "mixed": cells at the border of two
+    VolumeKept kept;
+  };
+  struct CellVolumes {
+    VolumeKept all;
+    std::vector<VolumeKeptBy> by_material;
+  };
+  std::optional<CellVolumes> volume_kept;
 
   struct Upload {
     std::int64_t bricks = 0;

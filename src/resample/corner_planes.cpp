@@ -1,5 +1,7 @@
 #include "resample/corner_planes.h"
 
+#include "resample/brick_set.h"
+
 #include <limits>
 
 namespace maille {
@@ -74,6 +76,16 @@ CornerRow CornerPlanes::fill_row(Float4* out, int y, int z) const {
     }
   }
   return row;
+}
+
+std::vector<std::int64_t> bricks_with_moved_cells(const Lattice& lattice) {
+  const BrickGrid& grid = lattice.grid();
+  BrickSet touched(grid);
+  lattice.for_each_brick([&](std::int64_t b, const LatticeBrick&) {
+    const VoxelBox box = grid.box(grid.brick(b));
+    touched.add_over({glm::max(box.lo - 1, VoxelIndex(0)), box.hi});
+  });
+  return touched.list();
 }
 
 }  // namespace maille

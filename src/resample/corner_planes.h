@@ -142,6 +142,9 @@ class CellRow {
   std::uint64_t cut_;
 };
 
+// Rising. A cell belongs to the brick of its base; its moved corners may lie in the next ones.
+std::vector<std::int64_t> bricks_with_moved_cells(const Lattice& lattice);
+
 // Calls f(cell, base, lowest corner, highest corner) for the cells of a kind in a box that have a
 // moved corner and can touch the box from `low` to `high`: what is left of a cut cell reaches half
 // a voxel beyond its corners. cuts may be null. Positions are relative to origin.

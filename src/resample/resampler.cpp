@@ -189,13 +189,7 @@ std::optional<glm::dvec3> Resampler::rest_position(glm::dvec3 point_voxel) const
 
 std::int64_t count_folded_cells(const Lattice& lattice, const Cuts& cuts, WorkerPool& pool) {
   const BrickGrid& grid = lattice.grid();
-  // A cell belongs to the brick of its base; its moved corners may lie in the next ones.
-  BrickSet touched(grid);
-  lattice.for_each_brick([&](std::int64_t b, const LatticeBrick&) {
-    const VoxelBox box = grid.box(grid.brick(b));
-    touched.add_over({glm::max(box.lo - 1, VoxelIndex(0)), box.hi});
-  });
-  const std::vector<std::int64_t> bricks = touched.list();
+  const std::vector<std::int64_t> bricks = bricks_with_moved_cells(lattice);
   const Cuts* const cuts_or_null = cuts.empty() ? nullptr : &cuts;
   std::vector<std::int64_t> folded(bricks.size(), 0);
   pool.for_each(static_cast<std::int64_t>(bricks.size()), [&](std::int64_t i, int) {

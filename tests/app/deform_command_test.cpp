@@ -117,6 +117,7 @@ TEST(DeformCommand, RigidMaterialMovesWholeByVoxelsOrMillimetres) {
     const auto stats = nlohmann::json::parse(read_file(folder / "stats.json"));
     EXPECT_EQ(stats["chainmail"]["violated_links"], 0);
     EXPECT_EQ(stats["resample"]["folded_cells"], 0);
+    EXPECT_EQ(stats["volume_kept"]["ratio"], 1.0);
     EXPECT_EQ(stats["resample"]["unfilled_voxels"], 0);
     EXPECT_GE(stats["memory"]["stroke_bytes_peak"], stats["memory"]["lattice_bytes"]);
     EXPECT_GT(stats["memory"]["stroke_bytes_per_element"], 0.0);

@@ -20,13 +20,14 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
   s.undo.emplace();
   s.memory.budget.emplace();
   s.resample.emplace();
+  s.volume_kept.emplace().by_material = {{"bone", {10, 1.0, 0.0}}};
   s.upload.emplace();
   s.frames.emplace().milliseconds = {3.0, 1.0, 2.0};
   s.pick.emplace();
   const auto json = nlohmann::json::parse(to_json(s));
-  expect_keys(json,
-              {"maille_stats", "version", "command", "machine", "device", "volume", "chainmail",
-               "cuts", "undo", "relaxation", "resample", "upload", "frames", "memory", "left_out"});
+  expect_keys(json, {"maille_stats", "version", "command", "machine", "device", "volume",
+                     "chainmail", "cuts", "undo", "relaxation", "volume_kept", "resample", "upload",
+                     "frames", "memory", "left_out"});
   expect_keys(json["machine"], {"threads", "triad_gb_per_s"});
   expect_keys(json["device"], {"name", "driver", "sparse"});
   expect_keys(json["volume"], {"size", "type", "bytes", "load_seconds"});
@@ -38,6 +39,8 @@ TEST(Statistics, EverySectionHasTheKeysOfTheContract) {
                "region_limited", "energy_first", "energy_last", "energy_ever_rose"});
   EXPECT_FALSE(json["relaxation"].contains("stiffness_clamped"));
   expect_keys(json["resample"], {"method", "voxels", "seconds", "folded_cells", "unfilled_voxels"});
+  expect_keys(json["volume_kept"], {"cells", "ratio", "change_rms", "materials"});
+  EXPECT_EQ(json["volume_kept"]["materials"]["bone"]["cells"], 10);
   expect_keys(json["upload"], {"bricks", "bytes", "seconds"});
   expect_keys(json["frames"], {"count", "median_ms", "gpu_ms"});
   expect_keys(json["frames"]["gpu_ms"], {"raycast", "upload", "pick"});
