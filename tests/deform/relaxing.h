@@ -25,6 +25,7 @@ struct RelaxationScene {
   std::vector<Material> materials;
   MaterialField field;
   Lattice start;
+  Lattice kept;  // by material that has yielded
   Cuts cuts;
   ElementSet held;
   AnchorRules anchors = kFree;
@@ -34,6 +35,7 @@ struct RelaxationScene {
         materials(std::move(materials_of)),
         field(volume, table(materials)),
         start(volume.size()),
+        kept(volume.size()),
         cuts(volume.size()) {}
   RelaxationScene(const RelaxationScene&) = delete;  // a relaxation reads its field
 
@@ -43,17 +45,25 @@ struct RelaxationScene {
     return Relaxation(start, field, cuts, held, anchors, pool, options);
   }
   SpringProblem twin() const {
-    return relaxation_twin(volume, materials, start, cuts, held, anchors);
+    return relaxation_twin(volume, materials, start, cuts, held, anchors, &kept);
   }
 
   // u(voxel): displacement in voxels.
   template <class F>
   void displace(F&& u) {
+    start = lattice_by(u);
+  }
+  template <class F>
+  void keep(F&& u) {
+    kept = lattice_by(u);
+  }
+  template <class F>
+  Lattice lattice_by(F&& u) const {
     std::vector<glm::ivec3> fixed_point;
     for_each_voxel(size(), [&](VoxelIndex v) {
       fixed_point.emplace_back(glm::round(u(v) * double{kUnitsPerVoxel}));
     });
-    start = lattice_of(size(), fixed_point);
+    return lattice_of(size(), fixed_point);
   }
   template <class F>
   void hold(F&& whether) {
