@@ -10,6 +10,7 @@
 // memory need no gathering. Measured: gathering a brick and its neighbours took a third of a sweep.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -130,6 +131,19 @@ class SpringBox {
       if (gone && ((gone[e - r * extent_.x] >> spring) & 1)) return 0.0f;
     }
     return 2.0f / c;
+  }
+
+  // Takes those of the elements in the volume that are asked for to be so many times stiffer.
+  template <class F>
+  void stiffen(F&& whether, float times, WorkerPool& pool) {
+    if (!compliance_) {
+      compliance_ = BoxArray<float>(extent_, pool);
+      std::fill_n(compliance_.data(), voxel_count(extent_), one_compliance_);
+    }
+    for (std::int64_t e = 0; e < voxel_count(extent_); ++e) {
+      if (whether(e)) compliance_[e] /= times;
+    }
+    tell_rows_apart(pool);
   }
 
   // The state as lattice() rounds it, in mm.

@@ -28,6 +28,7 @@ struct RelaxationScene {
   Lattice kept;  // by material that has yielded
   Cuts cuts;
   ElementSet held;
+  ElementSet released;  // held until what yields has flown
   AnchorRules anchors = kFree;
 
   RelaxationScene(Volume volume_of, std::vector<Material> materials_of)
@@ -42,7 +43,8 @@ struct RelaxationScene {
   Size3 size() const { return volume.size(); }
 
   Relaxation relaxation(WorkerPool& pool, const RelaxationOptions& options = {}) const {
-    return Relaxation(start, field, cuts, held, anchors, pool, options);
+    return Relaxation(start, field, cuts, held, anchors, pool, options, std::nullopt,
+                      {kept, released});
   }
   SpringProblem twin() const {
     return relaxation_twin(volume, materials, start, cuts, held, anchors, &kept);
