@@ -173,7 +173,8 @@ Result<TransferFunction> Document::transfer_function() {
 
 std::int64_t Document::relaxation_memory_bytes() const {
   if (const auto budget = options_.lattice_memory_bytes) {
-    return std::max<std::int64_t>(0, *budget - lattice().displacement_bytes());
+    return std::max<std::int64_t>(
+        0, *budget - lattice().displacement_bytes() - deformer_->kept().displacement_bytes());
   }
   return std::max(kLeastForRelaxation_bytes, physical_memory_bytes() / 4);
 }
@@ -245,8 +246,9 @@ Result<void> Document::relax(const RelaxAction& action) {
   std::optional<double> finished_within_voxels;
   if (progress.finished()) finished_within_voxels = options.tolerance_voxels;
   Lattice relaxed = relaxation.lattice();
-  if (!same_displacements(relaxed, lattice())) deformer_->mark_undo_step();
-  deformer_->adopt(std::move(relaxed), finished_within_voxels);
+  const Lattice* const kept = relaxation.kept_by_flow();
+  if (kept || !same_displacements(relaxed, lattice())) deformer_->mark_undo_step();
+  deformer_->adopt(std::move(relaxed), finished_within_voxels, kept);
 
   auto& s = *statistics_.relaxation;
   if (s.iterations == 0) s.energy_first = progress.energy_first;
@@ -414,7 +416,7 @@ void Document::measure_state() {
   }
   auto& memory = statistics_.memory;
   memory.lattice_bricks = lattice().brick_count();
-  memory.lattice_bytes = lattice().bytes();
+  memory.lattice_bytes = lattice().bytes() + deformer_->kept().bytes();
   lattice().for_each_brick([&](std::int64_t linear, const LatticeBrick&) {
     const auto& grid = lattice().grid();
     memory.lattice_elements += voxel_count(grid.box(grid.brick(linear)).size());

@@ -115,7 +115,9 @@ void Relaxer::work(Job& job) {
     if (!may_go_on(job)) return;
     const bool finished = relaxation.progress().finished();
     if (finished || (relaxation.progress().iterations > 0 && state_is_wanted())) {
-      leave(job, Reached{relaxation.lattice(), finished});
+      Reached reached{relaxation.lattice(), finished};
+      if (const Lattice* const kept = relaxation.kept_by_flow()) reached.kept = *kept;
+      leave(job, std::move(reached));
     }
     if (finished) return;
     const trace::Span span("relax");

@@ -28,6 +28,7 @@ class Relaxer {
   struct Reached {
     Lattice lattice;
     bool finished = false;
+    std::optional<Lattice> kept = std::nullopt;  // once material has flown
   };
   struct Status {
     bool at_work = false;         // until what it has come to is taken

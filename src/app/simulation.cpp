@@ -249,7 +249,8 @@ Result<void> Simulation::drag_now(glm::dvec3 by_voxels) {
 void Simulation::start_relaxing() { wants_to_relax_ = true; }
 
 void Simulation::start_now() {
-  if (!document_.plan().relaxation || document_.lattice().at_rest()) return;
+  const bool at_rest = document_.lattice().at_rest() && document_.deformer().kept().at_rest();
+  if (!document_.plan().relaxation || at_rest) return;
   RelaxationOptions options;
   options.tolerance_voxels = tolerance_voxels_;
   options.memory_bytes = document_.relaxation_memory_bytes();
@@ -263,7 +264,8 @@ void Simulation::adopt(Result<Relaxer::Reached> reached) {
   }
   std::optional<double> finished_within_voxels;
   if (reached->finished) finished_within_voxels = tolerance_voxels_;
-  document_.deformer().adopt(std::move(reached->lattice), finished_within_voxels);
+  document_.deformer().adopt(std::move(reached->lattice), finished_within_voxels,
+                             reached->kept ? &*reached->kept : nullptr);
   unpublished_ = true;
 }
 

@@ -28,6 +28,10 @@ struct Deformation {
   Lattice lattice;
   Cuts cuts;
   Handles handles;
+  // Of material that yields: what it keeps (P of springs.h), and the handles released since it has
+  // last flown, for relaxation to let it flow.
+  Lattice kept;
+  Handles released;
   std::shared_ptr<const MaterialTable> materials;
   Disturbance disturbance;
 };

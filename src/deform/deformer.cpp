@@ -73,10 +73,13 @@ Deformer::Deformer(Volume volume, MaterialTable materials, AnchorRules anchors,
                    const DeformerOptions& options)
     : volume_(std::move(volume)),
       anchors_(anchors),
-      now_{Lattice(volume_.size()),
-           Cuts(volume_.size()),
-           {},
-           std::make_shared<const MaterialTable>(std::move(materials))},
+      now_{.lattice = Lattice(volume_.size()),
+           .cuts = Cuts(volume_.size()),
+           .handles = {},
+           .kept = Lattice(volume_.size()),
+           .released = {},
+           .materials = std::make_shared<const MaterialTable>(std::move(materials)),
+           .disturbance = {}},
       materials_(volume_, *now_.materials) {
   if (options.lattice_memory_bytes) memory_.emplace(*options.lattice_memory_bytes);
   if (options.undo_memory_bytes) history_.emplace(*options.undo_memory_bytes);
@@ -88,7 +91,7 @@ Result<void> Deformer::set_materials(MaterialTable table) {
   if (stroke_) return Error{ErrorKind::usage, "materials cannot change during a drag"};
   const Deformation before = now_;
   now_.materials = std::make_shared<const MaterialTable>(std::move(table));
-  now_.disturbance.box = moved_box(now_.lattice);
+  now_.disturbance.box = united(moved_box(now_.lattice), moved_box(now_.kept));
   use_materials();
   record_step(before);
   return {};
@@ -159,7 +162,10 @@ Result<DragReport> Deformer::drag_to(glm::dvec3 by_voxels, WorkerPool& pool) {
   const Stopwatch begin;
   // The answer to the last position is let go before the next one is made: a stroke is a function
   // of its start and the drag, so it can be made again, and never are there three states at once.
+  // Material that has flown meanwhile, because of an earlier release, flows again from there.
   now_.lattice = stroke_->before.lattice;
+  now_.kept = stroke_->before.kept;
+  now_.released = stroke_->before.released;
   now_.disturbance = stroke_->before.disturbance;
   try {
     const ChainMailAnswer answer = solve(by, pool);
@@ -275,8 +281,10 @@ void Deformer::take_over(Cuts cuts) {
   if (!changed) return;
   const Deformation before = now_;
   now_.cuts = std::move(cuts);
-  now_.disturbance.box =
-      united(now_.disturbance.box, difference_box(before.cuts, now_.cuts, now_.lattice));
+  for (const Lattice* lattice : {&now_.lattice, &now_.kept}) {
+    now_.disturbance.box =
+        united(now_.disturbance.box, difference_box(before.cuts, now_.cuts, *lattice));
+  }
   record_step(before);
 }
 
@@ -291,7 +299,7 @@ Result<void> Deformer::release(const std::string& name) {
                                        (known.empty() ? "there are none" : "there are " + known)};
   }
   const Deformation before = now_;
-  let_loose((*found)->elements);
+  let_loose(*found);
   now_.handles.erase(found);
   record_step(before);
   return {};
@@ -300,14 +308,16 @@ Result<void> Deformer::release(const std::string& name) {
 void Deformer::release_all() {
   if (stroke_ || now_.handles.empty()) return;
   const Deformation before = now_;
-  for (const auto& handle : now_.handles) let_loose(handle->elements);
+  for (const auto& handle : now_.handles) let_loose(handle);
   now_.handles.clear();
   record_step(before);
 }
 
 // What was held may move, and pulls at what is around it.
-void Deformer::let_loose(const ElementSet& elements) {
-  now_.disturbance.box = united(now_.disturbance.box, box_of(elements, now_.lattice.grid()));
+void Deformer::let_loose(const std::shared_ptr<const Handle>& handle) {
+  now_.disturbance.box =
+      united(now_.disturbance.box, box_of(handle->elements, now_.lattice.grid()));
+  if (now_.materials->any_yields()) now_.released.push_back(handle);
 }
 
 std::vector<std::string> Deformer::handle_names() const {
@@ -335,29 +345,52 @@ std::optional<VoxelBox> Deformer::disturbed(double tolerance_voxels) const {
   return now_.disturbance.box;
 }
 
+Yielding Deformer::yielding() const {
+  Yielding yielding{now_.kept, {}};
+  for (const auto& handle : now_.released) yielding.released.insert(handle->elements);
+  return yielding;
+}
+
 RelaxationStart Deformer::relaxation_start(double tolerance_voxels) const {
   return {now_.lattice,    materials_, now_.cuts,
-          held_elements(), anchors_,   disturbed(tolerance_voxels)};
+          held_elements(), anchors_,   disturbed(tolerance_voxels),
+          yielding()};
 }
 
 Relaxation Deformer::relax(WorkerPool& pool, const RelaxationOptions& options) const {
   return Relaxation(now_.lattice, materials_, now_.cuts, held_elements(), anchors_, pool, options,
-                    disturbed(options.tolerance_voxels));
+                    disturbed(options.tolerance_voxels), yielding());
 }
 
-void Deformer::adopt(Lattice relaxed, std::optional<double> finished_within_voxels) {
+void Deformer::adopt(Lattice relaxed, std::optional<double> finished_within_voxels,
+                     const Lattice* kept) {
   if (memory_) memory_->take_in(now_.lattice, relaxed);
-  const Lattice before = std::exchange(now_.lattice, std::move(relaxed));
+  if (memory_ && kept) memory_->take_in(now_.kept, *kept);
+  const Deformation before = now_;
+  now_.lattice = std::move(relaxed);
+  if (kept) {
+    now_.kept = *kept;
+    now_.released.clear();
+  }
   if (finished_within_voxels) {
     now_.disturbance = {VoxelBox{}, *finished_within_voxels};
   } else {
     // A region that grows moves what nothing had disturbed.
-    now_.disturbance.box = united(now_.disturbance.box, difference_box(before, now_.lattice));
+    now_.disturbance.box =
+        united(now_.disturbance.box, difference_box(before.lattice, now_.lattice));
+    now_.disturbance.box = united(now_.disturbance.box, difference_box(before.kept, now_.kept));
   }
   // A stroke that is on becomes one step as a whole.
   if (stroke_) return;
   if (history_) history_->extend(before, now_);
-  if (memory_) memory_->prefer(now_.lattice, before);
+  prefer_present(before);
+}
+
+// What only undo would bring back is put aside first.
+void Deformer::prefer_present(const Deformation& before) {
+  if (!memory_) return;
+  memory_->prefer(now_.lattice, before.lattice);
+  memory_->prefer(now_.kept, before.kept);
 }
 
 void Deformer::mark_undo_step() { record_step(now_); }
@@ -365,7 +398,7 @@ void Deformer::mark_undo_step() { record_step(now_); }
 void Deformer::record_step(const Deformation& before) {
   if (stroke_) return;
   if (history_) history_->record(before, now_);
-  if (memory_) memory_->prefer(now_.lattice, before.lattice);
+  prefer_present(before);
 }
 
 bool Deformer::undo() { return walk(&History::undo); }
@@ -377,7 +410,7 @@ bool Deformer::walk(bool (History::*step)(Deformation&)) {
   const Deformation before = now_;
   if (!((*history_).*step)(now_)) return false;
   if (now_.materials != before.materials) use_materials();
-  if (memory_) memory_->prefer(now_.lattice, before.lattice);
+  prefer_present(before);
   return true;
 }
 

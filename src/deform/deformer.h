@@ -66,10 +66,11 @@ struct RelaxationStart {
   ElementSet held;
   AnchorRules anchors;
   std::optional<VoxelBox> disturbed;  // none: all that has moved
+  Yielding yielding = {};
 
   // This must outlive it.
   Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const {
-    return Relaxation(lattice, materials, cuts, held, anchors, pool, options, disturbed);
+    return Relaxation(lattice, materials, cuts, held, anchors, pool, options, disturbed, yielding);
   }
 };
 
@@ -82,6 +83,8 @@ class Deformer {
 
   const Lattice& lattice() const { return now_.lattice; }
   const Cuts& cuts() const { return now_.cuts; }
+  // What material that has yielded keeps: displacements of its state of rest.
+  const Lattice& kept() const { return now_.kept; }
   const MaterialField& materials() const { return materials_; }
   // Acts on the running scene: the next drag or relaxation uses it. One undo step. Errors: usage (a
   // stroke is on).
@@ -109,8 +112,8 @@ class Deformer {
   Result<void> carve(glm::dvec3 center_voxel, double radius_voxels);
   Result<void> restore(glm::dvec3 center_voxel, double radius_voxels);
 
-  // Unpins; one undo step. Errors: usage (a stroke is on; no handle of that name: the message lists
-  // the names).
+  // Unpins; one undo step. Of material that yields the next relaxation keeps a part. Errors: usage
+  // (a stroke is on; no handle of that name: the message lists the names).
   Result<void> release(const std::string& name);
   void release_all();
   std::vector<std::string> handle_names() const;
@@ -120,8 +123,10 @@ class Deformer {
   RelaxationStart relaxation_start(double tolerance_voxels) const;
   Relaxation relax(WorkerPool& pool, const RelaxationOptions& options) const;
   // Takes a state of such a relaxation over, as a part of the undo step before. finished_within:
-  // the relaxation's tolerance, once it has finished. Throws Failure where the scratch file fails.
-  void adopt(Lattice relaxed, std::optional<double> finished_within_voxels = std::nullopt);
+  // the relaxation's tolerance, once it has finished; kept: its kept_by_flow(). Throws Failure
+  // where the scratch file fails.
+  void adopt(Lattice relaxed, std::optional<double> finished_within_voxels = std::nullopt,
+             const Lattice* kept = nullptr);
   // Call before the first adopt() of a relaxation that should be an undo step of its own.
   void mark_undo_step();
 
@@ -143,10 +148,12 @@ class Deformer {
   ElementSet pinned_elements() const;
   ElementSet held_elements() const;
   std::optional<VoxelBox> disturbed(double tolerance_voxels) const;
+  Yielding yielding() const;
+  void prefer_present(const Deformation& before);
   ChainMailAnswer solve(glm::ivec3 by, WorkerPool& pool);
   Result<void> check_ball(const char* action, glm::dvec3 center, double radius) const;
   void take_over(Cuts cuts);
-  void let_loose(const ElementSet& elements);
+  void let_loose(const std::shared_ptr<const Handle>& handle);
   void record_step(const Deformation& before);
   bool walk(bool (History::*step)(Deformation&));
   void use_materials();  // of the present state

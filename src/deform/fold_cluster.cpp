@@ -96,8 +96,11 @@ void FoldCluster::gather_springs() {
       if (b > static_cast<int>(i)) continue;  // it has it
       const auto& spring = box.springs()[static_cast<std::size_t>(s)];
       const double blend = 0.5 * (double{box.blend(e)} + double{box.blend(other)});
-      springs_.push_back({static_cast<int>(i), b, at(box.u_mm(), other), glm::dvec3(spring.rest_mm),
-                          double{spring.length_mm}, k * (1.0 - blend), k * blend});
+      const glm::dvec3 kept_mm = box.kept_mm(e, s);
+      const glm::dvec3 rest_mm = glm::dvec3(spring.rest_mm) + kept_mm;
+      const double length_mm = box.keeps() ? glm::length(rest_mm) : double{spring.length_mm};
+      springs_.push_back({static_cast<int>(i), b, at(box.u_mm(), other), rest_mm, kept_mm,
+                          length_mm, k * (1.0 - blend), k * blend});
     }
   }
 }
@@ -156,7 +159,7 @@ double FoldCluster::energy(const std::vector<glm::dvec3>& u_mm,
   }
   for (const Spring& s : springs_) {
     const glm::dvec3 du = u_mm[static_cast<std::size_t>(s.a)] -
-                          (s.b < 0 ? s.end_mm : u_mm[static_cast<std::size_t>(s.b)]);
+                          (s.b < 0 ? s.end_mm : u_mm[static_cast<std::size_t>(s.b)]) - s.kept_mm;
     const double stretch = glm::length(s.rest_mm + du) - s.length_mm;
     sum += 0.5 * (s.plain * stretch * stretch + s.straight * glm::dot(du, du));
   }
@@ -167,7 +170,7 @@ double FoldCluster::energy(const std::vector<glm::dvec3>& u_mm,
 void FoldCluster::add_springs(Newton& newton, bool exact) const {
   for (const Spring& s : springs_) {
     const glm::dvec3 du = u_mm_[static_cast<std::size_t>(s.a)] -
-                          (s.b < 0 ? s.end_mm : u_mm_[static_cast<std::size_t>(s.b)]);
+                          (s.b < 0 ? s.end_mm : u_mm_[static_cast<std::size_t>(s.b)]) - s.kept_mm;
     const glm::dvec3 p = s.rest_mm + du;
     const double length2 = glm::dot(p, p) + 1e-30;
     const double relative = 1.0 - s.length_mm / std::sqrt(length2);

@@ -35,6 +35,7 @@ class FoldCluster {
     int b = -1;  // none: held at end_mm
     glm::dvec3 end_mm{0};
     glm::dvec3 rest_mm{0};  // from b to a
+    glm::dvec3 kept_mm{0};  // of it, what material keeps that has yielded
     double length_mm = 0.0;
     double plain = 0.0;     // stiffness along its length alone
     double straight = 0.0;  // and in all directions

@@ -27,6 +27,7 @@ constexpr std::size_t kLargestCluster = 200;
 struct SpringHere {
   std::int64_t other = 0;
   glm::dvec3 rest_mm{0};
+  glm::dvec3 kept_mm{0};  // of it, what material keeps that has yielded
   double length_mm = 0.0;
   double stiffness = 0.0;
   double blend = 0.0;
@@ -269,7 +270,10 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_
             if (!(k > 0.0)) continue;
             const Spring& spring = box_.springs()[static_cast<std::size_t>(s)];
             const std::int64_t other = e + box_.step(s);
-            here.springs.push_back({other, glm::dvec3(spring.rest_mm), double{spring.length_mm}, k,
+            const glm::dvec3 kept_mm = box_.kept_mm(e, s);
+            const glm::dvec3 rest_mm = glm::dvec3(spring.rest_mm) + kept_mm;
+            const double length_mm = box_.keeps() ? glm::length(rest_mm) : double{spring.length_mm};
+            here.springs.push_back({other, rest_mm, kept_mm, length_mm, k,
                                     0.5 * (double{box_.blend(e)} + double{box_.blend(other)})});
           }
           folds_.for_each_corner_at(e, [&](const CellCorner& corner) {
@@ -345,7 +349,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
   double energy = 0.0;
   double same = 0.0;
   for (const SpringHere& s : here.springs) {
-    const glm::dvec3 du = u - at(all, s.other);
+    const glm::dvec3 du = u - at(all, s.other) - s.kept_mm;
     const glm::dvec3 p = s.rest_mm + du;
     const double length2 = glm::dot(p, p) + 1e-30;
     const double length = std::sqrt(length2);
@@ -400,7 +404,7 @@ double FoldGuard::move_to_least_energy(const Element& here) {
     }
     if (closed) continue;
     for (const SpringHere& s : here.springs) {
-      const glm::dvec3 du = u + move - at(all, s.other);
+      const glm::dvec3 du = u + move - at(all, s.other) - s.kept_mm;
       const glm::dvec3 p = s.rest_mm + du;
       const double stretch = std::sqrt(glm::dot(p, p) + 1e-30) - s.length_mm;
       moved_energy +=

@@ -55,6 +55,7 @@ std::unique_ptr<SpringBox> SpringBox::at_half_resolution(const SpringBox& fine, 
     half.steps_[s] = half.element(o.x, o.y, o.z);
   }
   half.u_mm_ = make_box_vectors(half.extent_, pool);
+  if (fine.keeps()) half.kept_mm_ = make_box_vectors(half.extent_, pool);
   half.free_flags_ = BoxArray<std::uint8_t>(half.extent_, pool);
   half.one_compliance_ = fine.one_compliance_;
   half.one_blend_ = fine.one_blend_;
@@ -87,11 +88,14 @@ std::unique_ptr<SpringBox> SpringBox::at_half_resolution(const SpringBox& fine, 
           }
         }
         for (std::size_t c = 0; c < 3; ++c) half.u_mm_[c][row + x] = fine.u_mm_[c][e];
+        if (!fine.keeps()) continue;
+        for (std::size_t c = 0; c < 3; ++c) half.kept_mm_[c][row + x] = fine.kept_mm_[c][e];
       }
     }
   });
   for (const std::int64_t count : free_in_plane) half.free_elements_ += count;
   half.tell_rows_apart(pool);
+  if (half.keeps()) half.find_keeping_rows(pool);
   return box;
 }
 

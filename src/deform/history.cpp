@@ -27,6 +27,15 @@ std::vector<typename Table::Change> exchange(const std::vector<typename Table::C
   return taken;
 }
 
+// Of a brick that both have replaced, what was there first: set_union takes it from the first.
+std::vector<Lattice::Change> first_of_both(const std::vector<Lattice::Change>& before,
+                                           const std::vector<Lattice::Change>& after) {
+  std::vector<Lattice::Change> all;
+  std::set_union(before.begin(), before.end(), after.begin(), after.end(), std::back_inserter(all),
+                 [](const auto& a, const auto& b) { return a.first < b.first; });
+  return all;
+}
+
 std::int64_t unshared_bytes(const LatticeBrick* brick, const LatticeBrick* in_its_place) {
   if (brick == nullptr || brick == in_its_place) return 0;
   std::int64_t bytes = sizeof(LatticeBrick);
@@ -46,27 +55,25 @@ void History::record(const Deformation& before, const Deformation& now) {
   Step step;
   step.lattice = replaced(before.lattice, now.lattice);
   step.cuts = replaced(before.cuts, now.cuts);
+  step.kept = replaced(before.kept, now.kept);
   if (before.handles != now.handles) step.handles = before.handles;
+  if (before.released != now.released) step.released = before.released;
   if (before.materials != now.materials) step.materials = before.materials;
   step.disturbance = before.disturbance;
   count_bytes(step, now);
   push(undo_, std::move(step));
 }
 
-void History::extend(const Lattice& before, const Deformation& now) {
+void History::extend(const Deformation& before, const Deformation& now) {
   if (!undo_.empty()) extend(undo_.back(), before, now);
   if (!redo_.empty()) extend(redo_.back(), before, now);
   hold_budget();
 }
 
-void History::extend(Step& step, const Lattice& before, const Deformation& now) {
-  const auto gone = replaced(before, now.lattice);
-  std::vector<Lattice::Change> all;
-  // Of a brick that both have replaced, what was there first: set_union takes it from the first.
-  std::set_union(step.lattice.begin(), step.lattice.end(), gone.begin(), gone.end(),
-                 std::back_inserter(all),
-                 [](const auto& a, const auto& b) { return a.first < b.first; });
-  step.lattice = std::move(all);
+void History::extend(Step& step, const Deformation& before, const Deformation& now) {
+  step.lattice = first_of_both(step.lattice, replaced(before.lattice, now.lattice));
+  step.kept = first_of_both(step.kept, replaced(before.kept, now.kept));
+  if (!step.released && before.released != now.released) step.released = before.released;
   bytes_ -= step.bytes;
   count_bytes(step, now);
   bytes_ += step.bytes;
@@ -89,7 +96,9 @@ History::Step History::take(const Step& step, Deformation& now) {
   Step back;
   back.lattice = exchange(step.lattice, now.lattice);
   back.cuts = exchange(step.cuts, now.cuts);
+  back.kept = exchange(step.kept, now.kept);
   if (step.handles) back.handles = std::exchange(now.handles, *step.handles);
+  if (step.released) back.released = std::exchange(now.released, *step.released);
   if (step.materials) back.materials = std::exchange(now.materials, step.materials);
   back.disturbance = std::exchange(now.disturbance, step.disturbance);
   count_bytes(back, now);
@@ -98,19 +107,28 @@ History::Step History::take(const Step& step, Deformation& now) {
 
 void History::count_bytes(Step& step, const Deformation& now) {
   step.bytes = sizeof(Step);
-  for (const auto& [linear, brick] : step.lattice) {
-    step.bytes += std::int64_t{sizeof(Lattice::Change)} +
-                  unshared_bytes(brick.get(), now.lattice.brick(linear));
-  }
+  const auto count = [&](const std::vector<Lattice::Change>& bricks,
+                         const Lattice& in_their_place) {
+    for (const auto& [linear, brick] : bricks) {
+      step.bytes += std::int64_t{sizeof(Lattice::Change)} +
+                    unshared_bytes(brick.get(), in_their_place.brick(linear));
+    }
+  };
+  count(step.lattice, now.lattice);
+  count(step.kept, now.kept);
   for (const auto& [linear, brick] : step.cuts) {
     step.bytes += std::int64_t{sizeof(Cuts::Change)} + (brick ? std::int64_t{sizeof(CutBrick)} : 0);
   }
-  if (step.handles) {
-    for (const auto& handle : *step.handles) {
-      const bool there =
-          std::find(now.handles.begin(), now.handles.end(), handle) != now.handles.end();
-      if (!there) step.bytes += handle->bytes();
-    }
+  // A handle that has been released is first another of the state's, then none.
+  const auto is_in = [](const Handles& handles, const std::shared_ptr<const Handle>& handle) {
+    return std::find(handles.begin(), handles.end(), handle) != handles.end();
+  };
+  Handles gone = step.handles.value_or(Handles{});
+  for (const auto& handle : step.released.value_or(Handles{})) {
+    if (!is_in(gone, handle)) gone.push_back(handle);
+  }
+  for (const auto& handle : gone) {
+    if (!is_in(now.handles, handle) && !is_in(now.released, handle)) step.bytes += handle->bytes();
   }
   if (step.materials) step.bytes += step.materials->bytes();
 }

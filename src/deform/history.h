@@ -1,5 +1,6 @@
 // Undo and redo, keeping of each step only what it changed: the lattice and cut bricks that others
-// took the place of, the handles and the material table if they changed.
+// took the place of (what material keeps among them), the handles and the material table if they
+// changed.
 //
 // Bytes of a step: the displacement planes of its bricks that the bricks in their place do not
 // share (whether in memory or put aside), its cut bricks, the handles and the table that are not
@@ -29,9 +30,9 @@ class History {
 
   // A step led from one state to the present one. What had been undone is forgotten.
   void record(const Deformation& before, const Deformation& now);
-  // The lattice went on by itself (relaxation): that belongs to the step before, and redoing leads
-  // to where it would have led.
-  void extend(const Lattice& before, const Deformation& now);
+  // The lattice went on by itself, and material flew (relaxation): that belongs to the step before,
+  // and redoing leads to where it would have led.
+  void extend(const Deformation& before, const Deformation& now);
 
   // Takes the present state one step back or forth. False: there is none.
   bool undo(Deformation& now);
@@ -48,7 +49,9 @@ class History {
   struct Step {
     std::vector<Lattice::Change> lattice;  // by rising index
     std::vector<Cuts::Change> cuts;
+    std::vector<Lattice::Change> kept;
     std::optional<Handles> handles;
+    std::optional<Handles> released;
     std::shared_ptr<const MaterialTable> materials;  // null: the same
     Disturbance disturbance;
     std::int64_t bytes = 0;
@@ -56,7 +59,7 @@ class History {
 
   static void count_bytes(Step& step, const Deformation& now);
   static Step take(const Step& step, Deformation& now);  // returns the way back
-  void extend(Step& step, const Lattice& before, const Deformation& now);
+  void extend(Step& step, const Deformation& before, const Deformation& now);
   bool move(std::deque<Step>& from, std::deque<Step>& to, Deformation& now);
   void push(std::deque<Step>& steps, Step step);
   void hold_budget();

@@ -7,16 +7,20 @@
 #include <string>
 
 #include "core/trace.h"
+#include "deform/disturbance.h"
 #include "deform/equilibrium_search.h"
 #include "deform/relaxation_region.h"
 #include "deform/rim_pull.h"
 #include "deform/spring_box.h"
+#include "deform/yield_flow.h"
 
 namespace maille {
 namespace {
 
-// What a free element takes: four vectors, flags, materials, and the coarser levels.
+// What a free element takes: four vectors, flags, materials, and the coarser levels; one more
+// vector where material has yielded.
 constexpr std::int64_t kBytesPerElement = 64;
+constexpr std::int64_t kBytesPerYielded = 12;
 // Where in so many iterations neither estimate has fallen by a tenth, nor the energy by this share,
 // nor has a corner unfolded, they will not. Far from equilibrium estimates rise and fall while the
 // energy only falls. Nor goes a search on for ever whose energy crawls.
@@ -24,17 +28,8 @@ constexpr int kPatience = 20;
 constexpr double kEnergyGain = 3e-3;
 constexpr int kMostIterations = 600;
 
-VoxelBox moved_box(const Lattice& lattice) {
-  VoxelBox box{lattice.grid().volume_size(), VoxelIndex(0)};
-  lattice.for_each_brick([&](std::int64_t, const LatticeBrick& brick) {
-    box.lo = glm::min(box.lo, brick.moved().lo);
-    box.hi = glm::max(box.hi, brick.moved().hi);
-  });
-  return box;
-}
-
-std::int64_t most_elements(std::int64_t bytes) {
-  return std::max<std::int64_t>(1, bytes / kBytesPerElement);
+std::int64_t most_elements(std::int64_t bytes, bool yielded) {
+  return std::max<std::int64_t>(1, bytes / (kBytesPerElement + (yielded ? kBytesPerYielded : 0)));
 }
 
 }  // namespace
@@ -47,6 +42,10 @@ struct Relaxation::State {
   WorkerPool& pool;
   RelaxationOptions options;
   RelaxationProgress progress;
+  Lattice kept;
+  std::optional<ElementSet> held_after_flow;  // until then `held` has what was released too
+  bool flown = false;
+  VoxelBox disturbed;
   RelaxationRegion region;
   Lattice published;
 
@@ -64,18 +63,47 @@ struct Relaxation::State {
 
   State(const Lattice& start, const MaterialField& field, const Cuts& gone, const ElementSet& holds,
         AnchorRules rules, WorkerPool& workers, const RelaxationOptions& wanted,
-        const std::optional<VoxelBox>& disturbed)
+        const std::optional<VoxelBox>& changed, const Yielding& yielding)
       : materials(field),
         cuts(gone),
         held(holds),
         anchors(rules),
         pool(workers),
         options(wanted),
-        region(disturbed.value_or(moved_box(start)), field.size(), rules,
-               most_elements(wanted.memory_bytes)),
+        kept(yielding.kept.at_rest() ? Lattice(field.size()) : yielding.kept),
+        disturbed(changed.value_or(united(moved_box(start), moved_box(kept)))),
+        region(region_around(disturbed)),
         published(start) {
+    if (!yielding.released.empty() && field.table().any_yields()) {
+      held_after_flow = held;
+      held.insert(yielding.released);
+    }
+    start_search();
+  }
+
+  RelaxationRegion region_around(const VoxelBox& box) const {
+    return {box, materials.size(), anchors, most_elements(options.memory_bytes, !kept.at_rest())};
+  }
+
+  void start_search() {
+    search.reset();
     if (!region.box().empty()) begin();
+    if (!search && held_after_flow) flow();
     if (!search) settle_without_work();
+  }
+
+  // From the equilibrium with what was released still held; then that is free.
+  void flow() {
+    const Lattice start = lattice();
+    search.reset();  // and its memory
+    YieldFlow done = let_yield({start, kept, materials, cuts, options.memory_bytes}, pool);
+    kept = std::move(done.kept);
+    flown = true;
+    held = *std::exchange(held_after_flow, std::nullopt);
+    progress.converged = progress.at_float_limit = false;
+    region = region_around(united(disturbed, done.yielded));
+    start_search();
+    progress.region_limited = progress.region_limited || done.limited;
   }
 
   void settle_without_work() {
@@ -88,7 +116,7 @@ struct Relaxation::State {
     const trace::Span span("relaxation set-up");
     search.reset();
     auto box = std::make_unique<SpringBox>(
-        SpringBox::Problem{published, materials, cuts, held, anchors}, region.box(), pool);
+        SpringBox::Problem{published, materials, cuts, held, anchors, &kept}, region.box(), pool);
     if (box->free_elements() == 0) return;
     rim_before = rim_forces(*box, region.whole_box());
     search = std::make_unique<EquilibriumSearch>(std::move(box), pool);
@@ -143,6 +171,7 @@ struct Relaxation::State {
     } else if (iterations_without_gain >= kPatience || iterations_here >= kMostIterations) {
       progress.at_float_limit = true;
     }
+    if (progress.finished() && held_after_flow) flow();
   }
 
   void iterate() {
@@ -214,9 +243,10 @@ struct Relaxation::State {
 
 Relaxation::Relaxation(const Lattice& start, const MaterialField& materials, const Cuts& cuts,
                        const ElementSet& held, AnchorRules anchors, WorkerPool& pool,
-                       const RelaxationOptions& options, const std::optional<VoxelBox>& disturbed)
+                       const RelaxationOptions& options, const std::optional<VoxelBox>& disturbed,
+                       const Yielding& yielding)
     : state_(std::make_unique<State>(start, materials, cuts, held, anchors, pool, options,
-                                     disturbed)) {}
+                                     disturbed, yielding)) {}
 Relaxation::~Relaxation() = default;
 Relaxation::Relaxation(Relaxation&&) noexcept = default;
 
@@ -228,6 +258,8 @@ const RelaxationProgress& Relaxation::iterate() {
 const RelaxationProgress& Relaxation::progress() const { return state_->progress; }
 
 Lattice Relaxation::lattice() { return state_->lattice(); }
+
+const Lattice* Relaxation::kept_by_flow() const { return state_->flown ? &state_->kept : nullptr; }
 
 std::vector<glm::dvec3> Relaxation::displacements_voxels() const {
   const Size3 size = state_->materials.size();

@@ -14,6 +14,11 @@
 // Carved elements, and any that nothing holds to the rest, stay where they are. Springs do not take
 // stiffness as it stands: material/spring_table.h says why and how.
 //
+// Where handles have been released of material that yields, a relaxation has three parts: the
+// springs find their equilibrium with those handles still held, the material flows from there, once
+// (yield_flow.h), and the springs find the one without the handles. So what stays does not depend
+// on how long a person waited before letting go.
+//
 // The paper's way (Jacobi steps for a list of elements that still move) is what maille measure
 // error --stage relaxation compares with.
 #pragma once
@@ -55,6 +60,12 @@ struct RelaxationProgress {
   bool finished() const { return converged || at_float_limit; }
 };
 
+// What has to do with material that yields.
+struct Yielding {
+  Lattice kept = {};         // displacements that it keeps so far (P of springs.h); none: 0
+  ElementSet released = {};  // held until it has flown
+};
+
 class Relaxation {
  public:
   // held: elements that stay where they are (handles, pins). disturbed: what is not in equilibrium
@@ -63,7 +74,8 @@ class Relaxation {
   Relaxation(const Lattice& start, const MaterialField& materials, const Cuts& cuts,
              const ElementSet& held, AnchorRules anchors, WorkerPool& pool,
              const RelaxationOptions& options,
-             const std::optional<VoxelBox>& disturbed = std::nullopt);
+             const std::optional<VoxelBox>& disturbed = std::nullopt,
+             const Yielding& yielding = {});
   ~Relaxation();
   Relaxation(Relaxation&&) noexcept;
 
@@ -75,6 +87,9 @@ class Relaxation {
   // The state of least energy so far, rounded to fixed point; bricks that did not change are the
   // same shared bricks.
   Lattice lattice();
+  // What material keeps since it has flown, from when on the states above are those after it; null
+  // before, and where nothing was released.
+  const Lattice* kept_by_flow() const;
   // Unrounded, of all elements of the volume, x fastest: for measuring.
   std::vector<glm::dvec3> displacements_voxels() const;
 

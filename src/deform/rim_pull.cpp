@@ -48,9 +48,15 @@ std::vector<glm::dvec3> rim_forces(const SpringBox& box, const VoxelBox& whole) 
       }
       const glm::dvec3 p = glm::dvec3(spring.rest_mm) + du;
       const double length = std::sqrt(glm::dot(p, p) + 1e-30);
+      double rest_length = double{spring.length_mm};
+      if (box.keeps()) {
+        const glm::dvec3 kept = box.kept_mm(e, s);
+        rest_length = glm::length(glm::dvec3(spring.rest_mm) + kept);
+        du -= kept;
+      }
       const double blend = 0.5 * (double{box.blend(e)} + double{box.blend(other)});
       force -= double{box.stiffness(e, s)} *
-               ((1.0 - blend) * (1.0 - double{spring.length_mm} / length) * p + blend * du);
+               ((1.0 - blend) * (1.0 - rest_length / length) * p + blend * du);
     }
     forces.push_back(force);
   });

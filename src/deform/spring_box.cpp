@@ -46,6 +46,7 @@ SpringBox::SpringBox(const Problem& problem, const VoxelBox& free, WorkerPool& p
     steps_[s] = element(o.x, o.y, o.z);
   }
   read_displacements(problem.start, pool);
+  if (problem.kept) read_kept(*problem.kept, pool);
   read_materials(problem, pool);
   read_held(problem, pool);
   read_cuts(problem.cuts);
@@ -70,22 +71,70 @@ void SpringBox::read_displacements(const Lattice& start, WorkerPool& pool) {
   common_u_ = glm::clamp(glm::ivec3(0), lowest, highest);
   pool.for_each(static_cast<std::int64_t>(parts.size()), [&](std::int64_t i, int) {
     const auto& [brick, voxels] = parts[static_cast<std::size_t>(i)];
-    if (!brick && common_u_ == glm::ivec3(0)) return;
-    for (int c = 0; c < 3; ++c) {
-      const auto mm_from_units = static_cast<float>(spacing_mm_[c] / kUnitsPerVoxel);
-      for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
-        for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-          std::int32_t u[kBrickEdge] = {};
-          if (brick) brick->read_row(c, (z & 31) * kBrickEdge + (y & 31), u);
-          float* const row = &u_mm_[static_cast<std::size_t>(c)][element({voxels.lo.x, y, z})];
-          for (int x = 0; x < voxels.size().x; ++x) {
-            const std::int32_t at = u[(voxels.lo.x + x) & 31];
-            row[x] = static_cast<float>(at - common_u_[c]) * mm_from_units;
-          }
+    if (brick || common_u_ != glm::ivec3(0)) read_brick(brick, voxels, common_u_, u_mm_);
+  });
+}
+
+void SpringBox::read_kept(const Lattice& kept, WorkerPool& pool) {
+  struct Part {
+    const LatticeBrick* brick;
+    VoxelBox voxels;
+  };
+  std::vector<Part> parts;
+  for_each_brick_of(clipped_to_volume({lo(), lo() + extent_}, volume_size_), kept.grid(),
+                    [&](std::int64_t b, const VoxelBox& voxels) {
+                      if (kept.brick(b)) parts.push_back({kept.brick(b), voxels});
+                    });
+  if (parts.empty()) return;
+  kept_mm_ = make_box_vectors(extent_, pool);
+  pool.for_each(static_cast<std::int64_t>(parts.size()), [&](std::int64_t i, int) {
+    const auto& [brick, voxels] = parts[static_cast<std::size_t>(i)];
+    read_brick(brick, voxels, glm::ivec3(0), kept_mm_);
+  });
+  find_keeping_rows(pool);
+}
+
+// In mm, less what is the same for all. brick: null where it rests.
+void SpringBox::read_brick(const LatticeBrick* brick, const VoxelBox& voxels, glm::ivec3 less,
+                           BoxVectors& to) const {
+  for (int c = 0; c < 3; ++c) {
+    const auto mm_from_units = static_cast<float>(spacing_mm_[c] / kUnitsPerVoxel);
+    for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
+      for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
+        std::int32_t u[kBrickEdge] = {};
+        if (brick) brick->read_row(c, (z & 31) * kBrickEdge + (y & 31), u);
+        float* const row = &to[static_cast<std::size_t>(c)][element({voxels.lo.x, y, z})];
+        for (int x = 0; x < voxels.size().x; ++x) {
+          const std::int32_t at = u[(voxels.lo.x + x) & 31];
+          row[x] = static_cast<float>(at - less[c]) * mm_from_units;
         }
       }
     }
+  }
+}
+
+void SpringBox::find_keeping_rows(WorkerPool& pool) {
+  const auto rows = static_cast<std::size_t>(extent_.y) * static_cast<std::size_t>(extent_.z);
+  std::vector<std::uint8_t> own(rows);
+  pool.for_each(static_cast<std::int64_t>(rows), [&](std::int64_t r, int) {
+    for (const auto& kept : kept_mm_) {
+      const float* const row = &kept[r * extent_.x];
+      if (std::any_of(row, row + extent_.x, [](float p) { return p != 0.0f; })) {
+        own[static_cast<std::size_t>(r)] = 1;
+      }
+    }
   });
+  keeping_rows_.assign(rows, 0);
+  for (int z = 0; z < extent_.z; ++z) {
+    for (int y = 0; y < extent_.y; ++y) {
+      if (!own[static_cast<std::size_t>(row(y, z))]) continue;
+      for (int dz = std::max(z - 1, 0); dz <= std::min(z + 1, extent_.z - 1); ++dz) {
+        for (int dy = std::max(y - 1, 0); dy <= std::min(y + 1, extent_.y - 1); ++dy) {
+          keeping_rows_[static_cast<std::size_t>(row(dy, dz))] = 1;
+        }
+      }
+    }
+  }
 }
 
 void SpringBox::read_materials(const Problem& problem, WorkerPool& pool) {
@@ -336,8 +385,10 @@ Lattice SpringBox::lattice(const Lattice& published, WorkerPool& pool) const {
 }
 
 std::int64_t SpringBox::bytes() const {
-  return bytes_of(u_mm_) + free_flags_.bytes() + compliance_.bytes() + blend_.bytes() +
-         static_cast<std::int64_t>(kinds_.size() + missing_row_.size() * sizeof(std::int64_t) +
+  return bytes_of(u_mm_) + bytes_of(kept_mm_) + free_flags_.bytes() + compliance_.bytes() +
+         blend_.bytes() +
+         static_cast<std::int64_t>(kinds_.size() + keeping_rows_.size() +
+                                   missing_row_.size() * sizeof(std::int64_t) +
                                    missing_.size() * sizeof(std::uint32_t));
 }
 

@@ -10,6 +10,7 @@
 // memory need no gathering. Measured: gathering a brick and its neighbours took a third of a sweep.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -42,6 +43,7 @@ class SpringBox {
     const Cuts& cuts;
     const ElementSet& held;
     AnchorRules anchors;
+    const Lattice* kept = nullptr;  // what material that has yielded keeps (springs.h); none: 0
   };
   // free: voxels that may move, unless something holds them; inside the volume, not empty.
   // Throws std::bad_alloc.
@@ -82,6 +84,22 @@ class SpringBox {
   const BoxVectors& u_mm() const { return u_mm_; }
   glm::dvec3 displacement_voxels(std::int64_t element) const;
 
+  // P of springs.h. False: it is 0 in all of the box.
+  bool keeps() const { return static_cast<bool>(kept_mm_[0]); }
+  const BoxVectors& kept_mm() const { return kept_mm_; }
+  // Whether it is not 0 at some end of a spring of a row.
+  bool keeps(std::int64_t row) const {
+    return keeps() && keeping_rows_[static_cast<std::size_t>(row)] != 0;
+  }
+  // P_i - P_j: what has been added to the rest vector of a spring.
+  glm::dvec3 kept_mm(std::int64_t e, int spring) const {
+    if (!keeps()) return glm::dvec3(0.0);
+    const std::int64_t j = e + step(spring);
+    return {double{kept_mm_[0][e]} - double{kept_mm_[0][j]},
+            double{kept_mm_[1][e]} - double{kept_mm_[1][j]},
+            double{kept_mm_[2][e]} - double{kept_mm_[2][j]}};
+  }
+
   bool is_free(std::int64_t element) const { return free_flags_[element] != 0; }
   const std::uint8_t* free_flags() const { return free_flags_.data(); }
   // Whether all elements of a row are free, but for its two ends.
@@ -115,6 +133,19 @@ class SpringBox {
     return 2.0f / c;
   }
 
+  // Takes those of the elements in the volume that are asked for to be so many times stiffer.
+  template <class F>
+  void stiffen(F&& whether, float times, WorkerPool& pool) {
+    if (!compliance_) {
+      compliance_ = BoxArray<float>(extent_, pool);
+      std::fill_n(compliance_.data(), voxel_count(extent_), one_compliance_);
+    }
+    for (std::int64_t e = 0; e < voxel_count(extent_); ++e) {
+      if (whether(e)) compliance_[e] /= times;
+    }
+    tell_rows_apart(pool);
+  }
+
   // The state as lattice() rounds it, in mm.
   void round_to_fixed_point(BoxVectors& rounded_mm, WorkerPool& pool) const;
   // The state in fixed point, of the bricks that it touches; what has not moved keeps its bricks.
@@ -127,10 +158,14 @@ class SpringBox {
   SpringBox() = default;
   float mean_compliance(glm::ivec3 at) const;
   void read_displacements(const Lattice& start, WorkerPool& pool);
+  void read_kept(const Lattice& kept, WorkerPool& pool);
+  void read_brick(const LatticeBrick* brick, const VoxelBox& voxels, glm::ivec3 less,
+                  BoxVectors& to) const;
   void read_materials(const Problem& problem, WorkerPool& pool);
   void read_held(const Problem& problem, WorkerPool& pool);
   void read_cuts(const Cuts& cuts);
   void tell_rows_apart(WorkerPool& pool);
+  void find_keeping_rows(WorkerPool& pool);
 
   VoxelBox free_;
   Size3 volume_size_{0};
@@ -140,6 +175,8 @@ class SpringBox {
   std::array<std::int64_t, kSprings> steps_{};
   glm::ivec3 common_u_{0};  // fixed point: what u_mm leaves out
   BoxVectors u_mm_;
+  BoxVectors kept_mm_;  // empty: 0
+  std::vector<std::uint8_t> keeping_rows_;
   BoxArray<std::uint8_t> free_flags_;
   std::int64_t free_elements_ = 0;
   BoxArray<float> compliance_;

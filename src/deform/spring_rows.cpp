@@ -18,6 +18,9 @@ struct Inputs {
   const float* compliance;  // null: one for all
   const float* blend;       // null: one for all
   const std::uint32_t* missing;
+  const float* kept_x;  // null: 0 at all ends of its springs
+  const float* kept_y;
+  const float* kept_z;
   float one_compliance;
   float one_blend;
   int count;
@@ -41,6 +44,11 @@ Inputs inputs_of(const SpringBox& box, const SpringRun& run) {
   in.one_compliance = box.compliance(run.first);
   in.one_blend = box.blend(run.first);
   in.missing = run.missing;
+  if (run.keeps) {
+    in.kept_x = &box.kept_mm()[0][run.first];
+    in.kept_y = &box.kept_mm()[1][run.first];
+    in.kept_z = &box.kept_mm()[2][run.first];
+  }
   in.count = run.count;
   return in;
 }
@@ -55,7 +63,7 @@ template <bool kMixed, bool kCut>
   return k;
 }
 
-template <bool kMixed, bool kBlends, bool kCut>
+template <bool kMixed, bool kBlends, bool kCut, bool kKeeps>
 [[gnu::always_inline]] inline void add_up_forces(const Inputs& inputs, const Springs& springs,
                                                  const std::int64_t* steps, RunVectors& forces) {
   const Inputs in = inputs;
@@ -76,18 +84,37 @@ template <bool kMixed, bool kBlends, bool kCut>
     const float* const other_z = u_z + j;
     const float* const other_compliance = kMixed ? in.compliance + j : nullptr;
     const float* const other_blend = kBlends ? in.blend + j : nullptr;
+    const float* const kept_x = in.kept_x;
+    const float* const kept_y = in.kept_y;
+    const float* const kept_z = in.kept_z;
+    const float* const other_kept_x = kKeeps ? kept_x + j : nullptr;
+    const float* const other_kept_y = kKeeps ? kept_y + j : nullptr;
+    const float* const other_kept_z = kKeeps ? kept_z + j : nullptr;
     const float rest_x = spring.rest_mm.x;
     const float rest_y = spring.rest_mm.y;
     const float rest_z = spring.rest_mm.z;
-    const float rest_length = spring.length_mm;
+    const float length_mm = spring.length_mm;
     const std::uint32_t bit = std::uint32_t{1} << s;
     for (int x = 0; x < count; ++x) {
-      const float du_x = u_x[x] - other_x[x];
-      const float du_y = u_y[x] - other_y[x];
-      const float du_z = u_z[x] - other_z[x];
+      float du_x = u_x[x] - other_x[x];
+      float du_y = u_y[x] - other_y[x];
+      float du_z = u_z[x] - other_z[x];
       const float p_x = rest_x + du_x;
       const float p_y = rest_y + du_y;
       const float p_z = rest_z + du_z;
+      float rest_length = length_mm;
+      if constexpr (kKeeps) {
+        const float g_x = kept_x[x] - other_kept_x[x];
+        const float g_y = kept_y[x] - other_kept_y[x];
+        const float g_z = kept_z[x] - other_kept_z[x];
+        const float r_x = rest_x + g_x;
+        const float r_y = rest_y + g_y;
+        const float r_z = rest_z + g_z;
+        rest_length = std::sqrt(r_x * r_x + r_y * r_y + r_z * r_z);
+        du_x -= g_x;
+        du_y -= g_y;
+        du_z -= g_z;
+      }
       const float k = stiffness_of<kMixed, kCut>(in, other_compliance, x, one, bit);
       float b = in.one_blend;
       if constexpr (kBlends) b = 0.5f * (in.blend[x] + other_blend[x]);
@@ -107,7 +134,7 @@ template <bool kMixed, bool kBlends, bool kCut>
   }
 }
 
-template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld>
+template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld, bool kKeeps>
 [[gnu::always_inline]] inline SpringSums add_up_sums(const Inputs& inputs, const Springs& springs,
                                                      const std::int64_t* steps, const Way& way,
                                                      const std::uint8_t* free) {
@@ -130,10 +157,16 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld>
     const float* const other_z = u_z + j;
     const float* const other_compliance = kMixed ? in.compliance + j : nullptr;
     const float* const other_blend = kBlends ? in.blend + j : nullptr;
+    const float* const kept_x = in.kept_x;
+    const float* const kept_y = in.kept_y;
+    const float* const kept_z = in.kept_z;
+    const float* const other_kept_x = kKeeps ? kept_x + j : nullptr;
+    const float* const other_kept_y = kKeeps ? kept_y + j : nullptr;
+    const float* const other_kept_z = kKeeps ? kept_z + j : nullptr;
     const float rest_x = spring.rest_mm.x;
     const float rest_y = spring.rest_mm.y;
     const float rest_z = spring.rest_mm.z;
-    const float rest_length = spring.length_mm;
+    const float length_mm = spring.length_mm;
     const float* const other_d_x = d_x + j;
     const float* const other_d_y = d_y + j;
     const float* const other_d_z = d_z + j;
@@ -146,12 +179,25 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld>
     }
     const std::uint32_t bit = std::uint32_t{1} << s;
     for (int x = 0; x < in.count; ++x) {
-      const float du_x = u_x[x] - other_x[x];
-      const float du_y = u_y[x] - other_y[x];
-      const float du_z = u_z[x] - other_z[x];
+      float du_x = u_x[x] - other_x[x];
+      float du_y = u_y[x] - other_y[x];
+      float du_z = u_z[x] - other_z[x];
       const float p_x = rest_x + du_x;
       const float p_y = rest_y + du_y;
       const float p_z = rest_z + du_z;
+      float rest_length = length_mm;
+      if constexpr (kKeeps) {
+        const float g_x = kept_x[x] - other_kept_x[x];
+        const float g_y = kept_y[x] - other_kept_y[x];
+        const float g_z = kept_z[x] - other_kept_z[x];
+        const float r_x = rest_x + g_x;
+        const float r_y = rest_y + g_y;
+        const float r_z = rest_z + g_z;
+        rest_length = std::sqrt(r_x * r_x + r_y * r_y + r_z * r_z);
+        du_x -= g_x;
+        du_y -= g_y;
+        du_z -= g_z;
+      }
       const float q_x = d_x[x] - other_d_x[x];
       const float q_y = d_y[x] - other_d_y[x];
       const float q_z = d_z[x] - other_d_z[x];
@@ -255,48 +301,79 @@ template <bool kMixed, bool kCut>
 MAILLE_FOR_SEVERAL_WIDTHS
 void forces_plain(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                   RunVectors& out) {
-  add_up_forces<false, false, false>(in, springs, steps, out);
+  add_up_forces<false, false, false, false>(in, springs, steps, out);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 void forces_mixed(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                   RunVectors& out) {
-  add_up_forces<true, false, false>(in, springs, steps, out);
+  add_up_forces<true, false, false, false>(in, springs, steps, out);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 void forces_blended(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                     RunVectors& out) {
-  add_up_forces<true, true, false>(in, springs, steps, out);
+  add_up_forces<true, true, false, false>(in, springs, steps, out);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 void forces_cut(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                 RunVectors& out) {
-  if (!in.compliance) return add_up_forces<false, false, true>(in, springs, steps, out);
-  if (!in.blend) return add_up_forces<true, false, true>(in, springs, steps, out);
-  add_up_forces<true, true, true>(in, springs, steps, out);
+  if (!in.compliance) return add_up_forces<false, false, true, false>(in, springs, steps, out);
+  if (!in.blend) return add_up_forces<true, false, true, false>(in, springs, steps, out);
+  add_up_forces<true, true, true, false>(in, springs, steps, out);
+}
+
+// Where material has yielded; few rows, so that one loop for all kinds would do, were its branches
+// not in the way of vectors.
+MAILLE_FOR_SEVERAL_WIDTHS
+void forces_kept(const Inputs& in, const Springs& springs, const std::int64_t* steps,
+                 RunVectors& out) {
+  if (in.missing) {
+    if (!in.compliance) return add_up_forces<false, false, true, true>(in, springs, steps, out);
+    if (!in.blend) return add_up_forces<true, false, true, true>(in, springs, steps, out);
+    return add_up_forces<true, true, true, true>(in, springs, steps, out);
+  }
+  if (!in.compliance) return add_up_forces<false, false, false, true>(in, springs, steps, out);
+  if (!in.blend) return add_up_forces<true, false, false, true>(in, springs, steps, out);
+  add_up_forces<true, true, false, true>(in, springs, steps, out);
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_plain(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                       const Way& way, const std::uint8_t* free) {
-  if (!free) return add_up_sums<false, false, false, false>(in, springs, steps, way, free);
-  return add_up_sums<false, false, false, true>(in, springs, steps, way, free);
+  if (!free) return add_up_sums<false, false, false, false, false>(in, springs, steps, way, free);
+  return add_up_sums<false, false, false, true, false>(in, springs, steps, way, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_mixed(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                       const Way& way, const std::uint8_t* free) {
-  return add_up_sums<true, false, false, true>(in, springs, steps, way, free);
+  return add_up_sums<true, false, false, true, false>(in, springs, steps, way, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_blended(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                         const Way& way, const std::uint8_t* free) {
-  return add_up_sums<true, true, false, true>(in, springs, steps, way, free);
+  return add_up_sums<true, true, false, true, false>(in, springs, steps, way, free);
 }
 MAILLE_FOR_SEVERAL_WIDTHS
 SpringSums sums_cut(const Inputs& in, const Springs& springs, const std::int64_t* steps,
                     const Way& way, const std::uint8_t* free) {
-  if (!in.compliance) return add_up_sums<false, false, true, true>(in, springs, steps, way, free);
-  if (!in.blend) return add_up_sums<true, false, true, true>(in, springs, steps, way, free);
-  return add_up_sums<true, true, true, true>(in, springs, steps, way, free);
+  if (!in.compliance)
+    return add_up_sums<false, false, true, true, false>(in, springs, steps, way, free);
+  if (!in.blend) return add_up_sums<true, false, true, true, false>(in, springs, steps, way, free);
+  return add_up_sums<true, true, true, true, false>(in, springs, steps, way, free);
+}
+
+MAILLE_FOR_SEVERAL_WIDTHS
+SpringSums sums_kept(const Inputs& in, const Springs& springs, const std::int64_t* steps,
+                     const Way& way, const std::uint8_t* free) {
+  if (in.missing) {
+    if (!in.compliance)
+      return add_up_sums<false, false, true, true, true>(in, springs, steps, way, free);
+    if (!in.blend) return add_up_sums<true, false, true, true, true>(in, springs, steps, way, free);
+    return add_up_sums<true, true, true, true, true>(in, springs, steps, way, free);
+  }
+  if (!in.compliance)
+    return add_up_sums<false, false, false, true, true>(in, springs, steps, way, free);
+  if (!in.blend) return add_up_sums<true, false, false, true, true>(in, springs, steps, way, free);
+  return add_up_sums<true, true, false, true, true>(in, springs, steps, way, free);
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS
@@ -327,6 +404,7 @@ void stiffnesses_mixed(const Inputs& in, std::int64_t step, int spring, float* k
 
 void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& forces) {
   const Inputs in = inputs_of(box, run);
+  if (in.kept_x) return forces_kept(in, box.springs(), box.steps(), forces);
   if (in.missing) return forces_cut(in, box.springs(), box.steps(), forces);
   if (!in.compliance) return forces_plain(in, box.springs(), box.steps(), forces);
   if (!in.blend) return forces_mixed(in, box.springs(), box.steps(), forces);
@@ -336,6 +414,9 @@ void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& force
 SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVectors& direction) {
   const Inputs in = inputs_of(box, run);
   const Way d{&direction[0][run.first], &direction[1][run.first], &direction[2][run.first]};
+  if (in.kept_x) {
+    return sums_kept(in, box.springs(), box.steps(), d, box.free_flags() + run.first);
+  }
   const bool no_held = run.with_free_around && run.kind == RowKind::plain;
   const std::uint8_t* const free = no_held ? nullptr : box.free_flags() + run.first;
   if (in.missing) return sums_cut(in, box.springs(), box.steps(), d, free);

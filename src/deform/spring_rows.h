@@ -20,6 +20,7 @@ struct SpringRun {
   int count = 0;                           // <= kLongestRun
   const std::uint32_t* missing = nullptr;  // of the first, for kind cut
   bool with_free_around = false;           // every spring of its elements has a free end
+  bool keeps = false;                      // some of its springs rest elsewhere (springs.h)
 };
 
 // Calls f(run) for a row's elements from x = begin to x = end, cut into runs.
@@ -27,9 +28,10 @@ template <class F>
 void for_each_run(const SpringBox& box, std::int64_t row, int begin, int end, F&& f) {
   const std::uint32_t* const missing = box.missing(row);
   const bool free = begin > 0 && box.all_free(row);
+  const bool keeps = box.keeps(row);
   for (int x = begin; x < end; x += kLongestRun) {
     f(SpringRun{box.kind(row), row * box.extent().x + x, std::min(kLongestRun, end - x),
-                missing ? missing + x : nullptr, free});
+                missing ? missing + x : nullptr, free, keeps});
   }
 }
 

@@ -9,6 +9,13 @@
 // which keeps compressed cells from buckling (b: the materials' rest_vector_blend, their mean). k
 // is that of both materials in series. No stretch makes the Hessian more than k times the identity:
 // what any step and the multigrid rely on.
+//
+// Material that has yielded (yield_flow.h) rests elsewhere: at X + P, P being the displacements
+// that it has kept. Its springs have the rest vector r' = r + P_i - P_j and the rest length |r'| in
+// place of r and d; x, and what counts as folded, are as before. P is 0 nearly everywhere, and
+// where it is no loop knows of it. Keeping a rest length a spring is the road not taken: 18 numbers
+// an element that need not fit together, so that a block that has yielded would strain itself for
+// ever.
 #pragma once
 
 #include <array>

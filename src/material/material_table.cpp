@@ -101,6 +101,11 @@ MaterialId MaterialTable::id_of(double value) const {
   return static_cast<MaterialId>(after - level_begins_.begin() - 1);
 }
 
+bool MaterialTable::any_yields() const {
+  return std::any_of(levels_.begin(), levels_.end(),
+                     [](const Level& level) { return std::isfinite(level.yield_strain); });
+}
+
 bool MaterialTable::any_fixed() const {
   return std::any_of(materials_.begin(), materials_.end(),
                      [](const Material& m) { return m.fixed; });

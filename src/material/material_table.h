@@ -89,6 +89,7 @@ class MaterialTable {
   float yield_strain(MaterialId id) const { return levels_[id].yield_strain; }
   bool fixed(MaterialId id) const { return levels_[id].fixed; }
   bool any_fixed() const;
+  bool any_yields() const;
 
   // What a person may want to change, as sentences; see warnings_of.
   std::vector<std::string> warnings() const;

@@ -25,8 +25,10 @@ struct RelaxationScene {
   std::vector<Material> materials;
   MaterialField field;
   Lattice start;
+  Lattice kept;  // by material that has yielded
   Cuts cuts;
   ElementSet held;
+  ElementSet released;  // held until what yields has flown
   AnchorRules anchors = kFree;
 
   RelaxationScene(Volume volume_of, std::vector<Material> materials_of)
@@ -34,26 +36,36 @@ struct RelaxationScene {
         materials(std::move(materials_of)),
         field(volume, table(materials)),
         start(volume.size()),
+        kept(volume.size()),
         cuts(volume.size()) {}
   RelaxationScene(const RelaxationScene&) = delete;  // a relaxation reads its field
 
   Size3 size() const { return volume.size(); }
 
   Relaxation relaxation(WorkerPool& pool, const RelaxationOptions& options = {}) const {
-    return Relaxation(start, field, cuts, held, anchors, pool, options);
+    return Relaxation(start, field, cuts, held, anchors, pool, options, std::nullopt,
+                      {kept, released});
   }
   SpringProblem twin() const {
-    return relaxation_twin(volume, materials, start, cuts, held, anchors);
+    return relaxation_twin(volume, materials, start, cuts, held, anchors, &kept);
   }
 
   // u(voxel): displacement in voxels.
   template <class F>
   void displace(F&& u) {
+    start = lattice_by(u);
+  }
+  template <class F>
+  void keep(F&& u) {
+    kept = lattice_by(u);
+  }
+  template <class F>
+  Lattice lattice_by(F&& u) const {
     std::vector<glm::ivec3> fixed_point;
     for_each_voxel(size(), [&](VoxelIndex v) {
       fixed_point.emplace_back(glm::round(u(v) * double{kUnitsPerVoxel}));
     });
-    start = lattice_of(size(), fixed_point);
+    return lattice_of(size(), fixed_point);
   }
   template <class F>
   void hold(F&& whether) {

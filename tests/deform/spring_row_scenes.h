@@ -17,10 +17,13 @@ inline bool contains_voxel(const VoxelBox& box, VoxelIndex v) {
 class RowScene {
  public:
   // One material and several, alike and different blends, cut or not, in a box with the volume's
-  // border in it or far from it; the last one a row longer than the longest run.
-  static constexpr int kCount = 13;
+  // border in it or far from it; the last one a row longer than the longest run. Then all of them
+  // again with material that has yielded: all over, or in a corner only.
+  static constexpr int kPlain = 13;
+  static constexpr int kCount = 2 * kPlain;
 
-  explicit RowScene(int number)
+  explicit RowScene(int number) : RowScene(number % kPlain, number >= kPlain) {}
+  RowScene(int number, bool keeps)
       : scene_(volume_of(number), materials_of(number)),
         free_(number % 2 ? VoxelBox{{2, 1, 1}, scene_.size() - 2} : VoxelBox{{}, scene_.size()}) {
     std::mt19937 random(static_cast<unsigned>(number));
@@ -36,9 +39,16 @@ class RowScene {
       scene_.cuts = *cut_along(scene_.cuts, Lattice(size), *disc);
       scene_.cuts = carve(scene_.cuts, Lattice(size), {5, 6, 4}, 1.5);
     }
-    box_ = std::make_unique<SpringBox>(
-        SpringBox::Problem{scene_.start, scene_.field, scene_.cuts, scene_.held, scene_.anchors},
-        free_, workers());
+    if (keeps) {
+      scene_.keep([&](VoxelIndex v) {
+        const bool here = number % 4 < 2 || glm::all(glm::lessThan(v, VoxelIndex(8)));
+        return here ? glm::dvec3(off(random), off(random), off(random)) : glm::dvec3(0);
+      });
+    }
+    box_ =
+        std::make_unique<SpringBox>(SpringBox::Problem{scene_.start, scene_.field, scene_.cuts,
+                                                       scene_.held, scene_.anchors, &scene_.kept},
+                                    free_, workers());
     direction_ = make_box_vectors(box_->extent(), workers());
     std::uniform_real_distribution<float> along(-1, 1);
     for_each_voxel(free_.size(), [&](VoxelIndex v) {
@@ -81,7 +91,7 @@ class RowScene {
 
  private:
   static Volume volume_of(int number) {
-    const Size3 size = number == kCount - 1 ? Size3(300, 5, 5) : Size3(21, 13, 11);
+    const Size3 size = number == kPlain - 1 ? Size3(300, 5, 5) : Size3(21, 13, 11);
     return random_volume(size, number / 2 % 3 == 0 ? 1 : 2, 4, 7, {1, 0.8, 1.5});
   }
   static std::vector<Material> materials_of(int number) {

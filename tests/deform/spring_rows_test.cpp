@@ -51,8 +51,9 @@ TEST_P(SpringRows, SumsAreThoseOfEachSpring) {
       if (j < i || (springs.held(i) && springs.held(j))) return;
       const glm::dvec3 du = u[j] - u[i];
       const double stretch = glm::length(s.rest_mm + du) - s.length_mm;
+      const glm::dvec3 off = du - s.kept_mm;
       energy +=
-          0.5 * s.stiffness * ((1.0 - s.blend) * stretch * stretch + s.blend * glm::dot(du, du));
+          0.5 * s.stiffness * ((1.0 - s.blend) * stretch * stretch + s.blend * glm::dot(off, off));
       bound += s.stiffness * glm::dot(d[j] - d[i], d[j] - d[i]);
     });
   }

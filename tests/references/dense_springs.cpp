@@ -217,11 +217,12 @@ double DenseSprings::spring_energy(const DisplacementField& u_mm) const {
         if (!((springs_[i] >> s) & 1)) continue;
         const std::size_t j = i + static_cast<std::size_t>(steps_[s]);
         const Pair& p = pair(i, j);
-        const glm::dvec3 du = u_mm[j] - u_mm[i];
-        const double l = glm::length(rest_mm_[s] + du);
+        const glm::dvec3 kept = kept_mm(i, s);
+        const glm::dvec3 rest = rest_mm_[s] + kept;
+        const glm::dvec3 du = u_mm[j] - u_mm[i] - kept;
+        const double l = glm::length(rest + du);
         // l - d without its rounding.
-        const double longer =
-            (2.0 * glm::dot(rest_mm_[s], du) + glm::dot(du, du)) / (l + length_mm_[s]);
+        const double longer = (2.0 * glm::dot(rest, du) + glm::dot(du, du)) / (l + length_mm(i, s));
         sum += 0.5 * p.stiffness * ((1.0 - p.blend) * longer * longer + p.blend * glm::dot(du, du));
       }
     }
@@ -387,12 +388,13 @@ std::vector<std::size_t> DenseSprings::turning(const DisplacementField& from_mm,
 glm::dvec3 DenseSprings::spring_gradient_of(std::size_t i, const DisplacementField& u_mm) const {
   glm::dvec3 sum(0.0);
   for_each_spring_of(i, [&](std::size_t j, const SpringView& s) {
-    const glm::dvec3 du = u_mm[j] - u_mm[i];
-    const glm::dvec3 along = s.rest_mm + du;
+    const glm::dvec3 rest = s.rest_mm + s.kept_mm;
+    const glm::dvec3 du = u_mm[j] - u_mm[i] - s.kept_mm;
+    const glm::dvec3 along = rest + du;
     const double l = glm::length(along);
     glm::dvec3 pull = s.blend * du;
     if (l > 0.0) {
-      const double longer = (2.0 * glm::dot(s.rest_mm, du) + glm::dot(du, du)) / (l + s.length_mm);
+      const double longer = (2.0 * glm::dot(rest, du) + glm::dot(du, du)) / (l + s.length_mm);
       pull += (1.0 - s.blend) * longer / l * along;
     }
     sum -= s.stiffness * pull;
@@ -450,11 +452,12 @@ void DenseSprings::linearise(const DisplacementField& u_mm, bool positive) {
         const Pair& p = pair(i, j);
         const glm::dvec3 along = rest_mm_[s] + (u_mm[j] - u_mm[i]);
         const double l = glm::length(along);
-        if (!(l > 1e-12 * length_mm_[s])) {
+        const double rest_length = length_mm(i, s);
+        if (!(l > 1e-12 * rest_length)) {
           c.tangent = static_cast<float>(p.stiffness * p.blend);
           continue;
         }
-        double tangent = p.stiffness * ((1.0 - p.blend) * (1.0 - length_mm_[s] / l) + p.blend);
+        double tangent = p.stiffness * ((1.0 - p.blend) * (1.0 - rest_length / l) + p.blend);
         if (positive) tangent = std::max(0.0, tangent);
         const glm::dvec3 v = std::sqrt(p.stiffness - tangent) / l * along;
         c = {static_cast<float>(tangent),

@@ -11,6 +11,9 @@
 // zero distance has no direction: its length pulls nowhere. Cuts take springs away: one along an
 // axis goes with its link, one across a face when both ways round the face are broken.
 //
+// Where the problem says that material keeps displacements P, a spring has r' = r + P_i - P_j and
+// d' = |r'| in place of r and d.
+//
 // On top of that, if asked for, one energy that keeps cells from folding (FoldRule).
 #pragma once
 
@@ -73,12 +76,13 @@ struct FoldTerm {
 struct SpringProblem {
   Size3 size{0};
   glm::dvec3 spacing_mm{1.0};
-  std::vector<SpringMaterial> materials;  // by id
-  std::vector<MaterialId> ids;            // of each element, x fastest; empty: all are 0
-  std::vector<std::uint8_t> removed;      // bit a of an element: its link to the next one along
-                                          // axis a is gone; empty: none is
-  std::vector<std::uint8_t> held;         // of each element: 1 where it never moves
-  std::vector<glm::dvec3> start_voxels;   // displacement of each element
+  std::vector<SpringMaterial> materials;   // by id
+  std::vector<MaterialId> ids;             // of each element, x fastest; empty: all are 0
+  std::vector<std::uint8_t> removed;       // bit a of an element: its link to the next one along
+                                           // axis a is gone; empty: none is
+  std::vector<std::uint8_t> held;          // of each element: 1 where it never moves
+  std::vector<glm::dvec3> start_voxels;    // displacement of each element
+  std::vector<glm::dvec3> plastic_voxels;  // P of each element; empty: 0
   FoldTerm fold;
 };
 
@@ -116,7 +120,8 @@ class DenseSprings {
   // A spring as one of its ends sees it.
   struct SpringView {
     glm::dvec3 rest_mm;  // X_j - X_i
-    double length_mm;
+    glm::dvec3 kept_mm;  // P_j - P_i
+    double length_mm;    // of the sum of both
     double stiffness;
     double blend;
   };
@@ -196,6 +201,15 @@ class DenseSprings {
   MaterialId id(std::size_t element) const {
     return problem_.ids.empty() ? MaterialId{0} : problem_.ids[element];
   }
+  glm::dvec3 kept_mm(std::size_t i, std::size_t forward) const {
+    if (problem_.plastic_voxels.empty()) return glm::dvec3(0.0);
+    const std::size_t j = i + static_cast<std::size_t>(steps_[forward]);
+    return (problem_.plastic_voxels[j] - problem_.plastic_voxels[i]) * problem_.spacing_mm;
+  }
+  double length_mm(std::size_t i, std::size_t forward) const {
+    return problem_.plastic_voxels.empty() ? length_mm_[forward]
+                                           : glm::length(rest_mm_[forward] + kept_mm(i, forward));
+  }
   const Pair& pair(std::size_t i, std::size_t j) const {
     return pairs_[std::size_t{id(i)} * problem_.materials.size() + id(j)];
   }
@@ -250,11 +264,14 @@ void DenseSprings::for_each_spring_of(std::size_t i, F&& f) const {
     const auto step_of = static_cast<std::size_t>(steps_[s]);
     if ((springs_[i] >> s) & 1) {
       const Pair& p = pair(i, i + step_of);
-      f(i + step_of, SpringView{rest_mm_[s], length_mm_[s], p.stiffness, p.blend});
+      const glm::dvec3 kept = kept_mm(i, s);
+      f(i + step_of, SpringView{rest_mm_[s], kept, length_mm(i, s), p.stiffness, p.blend});
     }
     if ((springs_[i] >> (kForward + s)) & 1) {
       const Pair& p = pair(i - step_of, i);
-      f(i - step_of, SpringView{-rest_mm_[s], length_mm_[s], p.stiffness, p.blend});
+      const glm::dvec3 kept = -kept_mm(i - step_of, s);
+      f(i - step_of,
+        SpringView{-rest_mm_[s], kept, length_mm(i - step_of, s), p.stiffness, p.blend});
     }
   }
 }
