@@ -181,18 +181,20 @@ struct Asked {
   BoxArray<std::int32_t> part_of;                // of their elements: which, from 1 on; 0: none
 };
 
-// What does not yield and goes on beyond the box stays where it is. Where nothing does, the largest
-// part that does not yield stays, or some element: where all lie is nothing to any spring.
+// What does not yield and goes on beyond the box, or is fixed, stays where it is. Where there is
+// nothing of that, the largest part that does not yield stays, or some element: where all lie is
+// nothing to any spring.
 void tell_what_stays(const SpringBox& box, const BoxArray<float>& shares, const BrickGrid& grid,
                      Asked& asked, WorkerPool& pool) {
   const auto stay = [&](std::int64_t e) { asked.stays.insert(box.voxel(e), grid); };
+  const auto any_fixed = [&](const std::vector<std::int64_t>& part) {
+    return std::any_of(part.begin(), part.end(), [&](std::int64_t e) { return !box.is_free(e); });
+  };
   asked.part_of = BoxArray<std::int32_t>(box.extent(), pool);
   for_each_part(
       box, pool, [&](std::int64_t e) { return !(shares[e] > 0.0f); },
       [&](const std::vector<std::int64_t>& part, bool at_rim) {
-        const bool held =  // by its material: fixed
-            std::any_of(part.begin(), part.end(), [&](std::int64_t e) { return !box.is_free(e); });
-        if (at_rim || held) {
+        if (at_rim || any_fixed(part)) {
           std::for_each(part.begin(), part.end(), stay);
           return;
         }
@@ -203,7 +205,7 @@ void tell_what_stays(const SpringBox& box, const BoxArray<float>& shares, const 
   for_each_part(
       box, pool, [](std::int64_t) { return true; },
       [&](const std::vector<std::int64_t>& all, bool at_rim) {
-        if (at_rim) return;
+        if (at_rim || any_fixed(all)) return;
         const std::vector<std::int64_t>* largest = nullptr;
         for (const std::int64_t e : all) {
           if (asked.part_of[e] == 0) continue;

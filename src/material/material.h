@@ -29,8 +29,8 @@ struct Material {
   // None: the table chooses (default_blend.h).
   std::optional<double> rest_vector_blend{};
   // Strain of a spring (change of its length over its rest length, > 0) up to which it springs back
-  // fully; what goes beyond stays when the handle is released (deform/yield_flow.h). Below some 0.01
-  // the rounding of positions counts too. None: it never yields.
+  // fully; what goes beyond stays when the handle is released (deform/yield_flow.h). Below some
+  // 0.01 the rounding of positions counts too. None: it never yields.
   std::optional<double> yield_strain{};
 };
 

@@ -296,6 +296,28 @@ TEST(DeformCommand, AnEquilibriumIsNotLookedForTwiceButAFinerOneIs) {
   EXPECT_EQ(released["converged"], true);
 }
 
+// Released and relaxed in one go or after a relaxation before; what is undone is as it was.
+TEST(DeformCommand, ClayKeepsAPartOfADrag) {
+  const Folder folder;
+  const std::string relax = R"({"relax": {"until_voxels": 0.01}})";
+  const std::string release = R"({"release": {"name": "a"}})";
+  const auto deformed = [&](const std::string& table, const std::string& actions) {
+    EXPECT_EQ(relaxed(folder, table, actions)["converged"], true);
+    return read_file(folder / "out.nrrd");
+  };
+  std::string clay = kSoft;
+  clay.insert(1, R"("yield_strain": 0.05, )");
+  const auto held = deformed(clay, relax);
+  EXPECT_EQ(held, deformed(kSoft, relax));  // nothing flows before it is released
+  const auto kept = deformed(clay, relax + "," + release + "," + relax);
+  EXPECT_NE(kept, held);
+  EXPECT_NE(kept, deformed(kSoft, relax + "," + release + "," + relax));
+  EXPECT_EQ(kept, deformed(clay, relax + "," + release + "," + relax + "," + relax));
+  EXPECT_EQ(held, deformed(clay, relax + "," + release + "," + relax + R"(, {"undo": 2})"));
+  EXPECT_EQ(kept,
+            deformed(clay, relax + "," + release + "," + relax + R"(, {"undo": 2}, {"redo": 2})"));
+}
+
 TEST(DeformCommand, ARelaxationThatMemoryLimitsSaysSo) {
   const Folder folder;
   std::string said;

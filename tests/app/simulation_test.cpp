@@ -18,7 +18,7 @@
 namespace maille {
 namespace {
 
-MaterialTable soft(double stiffness = 1.0) {
+MaterialTable soft(double stiffness = 1.0, std::optional<double> yield_strain = {}) {
   Material m;
   m.name = "soft";
   m.value_low = 0;
@@ -27,6 +27,7 @@ MaterialTable soft(double stiffness = 1.0) {
   m.stretch = glm::dvec3(1.5);
   m.shear = glm::dvec3(0.2);
   m.stiffness = stiffness;
+  m.yield_strain = yield_strain;
   return std::move(MaterialTable::create({m})).value();
 }
 
@@ -69,6 +70,35 @@ bool comes_to_rest(Simulation& simulation) {
     const SimulationStatus s = simulation.status();
     return !s.relaxing && (s.converged || s.at_float_limit);
   });
+}
+
+// Clay keeps a part of a pull when its pin is removed, at once or after the springs have come to
+// rest, and undo takes it back.
+TEST(Simulation, ClayStaysWhereItWasPulledHoweverLongItWasHeld) {
+  std::vector<glm::dvec3> stays;
+  for (const bool waits : {true, false}) {
+    const auto document = document_of({30, 31, 32});
+    {
+      Simulation simulation(*document, [] {});
+      simulation.set_materials(soft(1.0, 0.05));
+      simulation.grab({15, 15, 15}, 3);
+      simulation.drag_to({4, 1, 0});
+      simulation.let_go();
+      if (waits) {
+        ASSERT_TRUE(comes_to_rest(simulation));
+      }
+      simulation.release_pins();
+      ASSERT_TRUE(comes_true([&] { return simulation.status().pins == 0; }));
+      ASSERT_TRUE(comes_to_rest(simulation));
+      stays.push_back(document->lattice().displacement_voxels({15, 15, 15}));
+      EXPECT_FALSE(document->deformer().kept().at_rest());
+      EXPECT_GT(document->deformer().kept().displacement_voxels({15, 15, 15}).x, 1.0);
+      simulation.undo();
+      ASSERT_TRUE(comes_true([&] { return document->deformer().kept().at_rest(); }));
+    }
+  }
+  EXPECT_GT(stays[0].x, 1.0);
+  EXPECT_LT(glm::length(stays[0] - stays[1]), 0.1);
 }
 
 TEST(Simulation, AHeldHandleComesToEquilibriumAndThenNothingMoves) {

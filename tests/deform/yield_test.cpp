@@ -115,6 +115,27 @@ TEST(Yield, ClayBetweenRubberCarriesItAlong) {
   }
 }
 
+// Bone below, clay, and much more rubber above: of the two that do not yield bone stays.
+TEST(Yield, WhatIsFixedStays) {
+  Material bone = springy(0, 1);
+  bone.fixed = true;
+  std::vector<std::uint8_t> samples;
+  for (int z = 0; z < 41; ++z) samples.push_back(z < 5 ? 0 : z < 16 ? 1 : 2);
+  RelaxationScene scene(
+      Volume::of({1, 1, 41}, VoxelType::uint8, axis_aligned({1, 1, 1}), std::move(samples)),
+      {bone, clay(1, 0.05), springy(2, 1)});
+  scene.displace([](VoxelIndex v) { return glm::dvec3(0, 0, 0.2 * std::max(0, v.z - 4)); });
+  scene.released.insert({0, 0, 40}, scene.start.grid());
+  Relaxation relaxation = scene.relaxation(workers(), within(1e-4));
+  run_to_the_end(relaxation);
+  const Lattice& kept = *relaxation.kept_by_flow();
+  EXPECT_EQ(kept.u({0, 0, 0}), glm::ivec3(0));
+  EXPECT_EQ(kept.u({0, 0, 5}), glm::ivec3(0));  // the spring between bone and clay never yields
+  EXPECT_NEAR(kept.displacement_voxels({0, 0, 15}).z, 0.15 * 10, 4 * kUnit);
+  EXPECT_EQ(kept.u({0, 0, 40}), kept.u({0, 0, 17}));
+  EXPECT_NEAR(relaxation.lattice().displacement_voxels({0, 0, 40}).z, 0.15 * 10, 0.01);
+}
+
 // Two clays: each by its own yield strain, the spring between them by neither's less.
 TEST(Yield, ClaysOfTwoKindsKeepTheirOwnShares) {
   const int from = 20;
