@@ -14,7 +14,8 @@
 // sum k |(dP_i - dP_j) - t|^2. Elements of no share keep their shape: a part of them that what
 // yields encloses (the inside of a handle, rubber in clay) goes as one, all others stay. These are
 // linear equations with the stiffness Laplacian, so StiffnessMultigrid and conjugate gradients
-// solve them; what keeps its shape is 1000 times stiffer meanwhile, and then goes its mean way.
+// solve them; a part that goes as one is 1000 times stiffer meanwhile, so that springs between it
+// and what yields count double, and then goes the mean way of its elements.
 //
 // Shares go by elements, not by springs: a spring across a stretch keeps its length and would ask
 // for nothing, and so hold back those along it (of a strain of 20 % and a yield strain of 5 %, 11 %
