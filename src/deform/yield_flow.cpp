@@ -140,8 +140,8 @@ VoxelBox yielding_box(const YieldProblem& problem, WorkerPool& pool) {
   return all;
 }
 
-// Calls f(elements, whether they hang on the rim) for each connected part of those inner elements
-// that are in it. By links alone: a diagonal spring has a way round by links (missing_springs.h).
+// Calls f(elements, whether they hang on the rim) for each part, connected by springs, of those
+// inner elements that are in it.
 template <class In, class F>
 void for_each_part(const SpringBox& box, WorkerPool& pool, In&& in, F&& f) {
   BoxArray<std::uint8_t> inner(box.extent(), pool);
@@ -157,7 +157,7 @@ void for_each_part(const SpringBox& box, WorkerPool& pool, In&& in, F&& f) {
       part.assign(1, seed);
       seen[seed] = 1;
       for (std::size_t next = 0; next < part.size(); ++next) {
-        for (int s = 0; s < 6; ++s) {
+        for (int s = 0; s < kSprings; ++s) {
           const std::int64_t other = part[next] + box.step(s);
           if (!(box.stiffness(part[next], s) > 0.0f)) continue;
           if (!inner[other]) {
@@ -175,10 +175,15 @@ void for_each_part(const SpringBox& box, WorkerPool& pool, In&& in, F&& f) {
 
 // What flows and how: springs ask, elements that do not yield go as one with those beside them.
 struct Asked {
-  BoxVectors forces;                             // sums of k t
-  ElementSet stays;                              // does not flow
-  std::vector<std::vector<std::int64_t>> parts;  // that do not yield and are carried along
-  BoxArray<std::int32_t> part_of;                // of their elements: which, from 1 on; 0: none
+  BoxVectors forces;  // sums of k t
+  ElementSet stays;   // does not flow
+  std::vector<std::vector<std::int64_t>>
+      parts;                       // that do not yield and are carried along; or empty
+  BoxArray<std::int32_t> part_of;  // of their elements: which, from 1 on; 0: none
+
+  void stiffen_parts(SpringBox& box, WorkerPool& pool) const {
+    box.stiffen([&](std::int64_t e) { return part_of[e] > 0; }, kStiffer, pool);
+  }
 };
 
 // What does not yield and goes on beyond the box, or is fixed, stays where it is. Where there is
@@ -206,22 +211,28 @@ void tell_what_stays(const SpringBox& box, const BoxArray<float>& shares, const 
       box, pool, [](std::int64_t) { return true; },
       [&](const std::vector<std::int64_t>& all, bool at_rim) {
         if (at_rim || any_fixed(all)) return;
-        const std::vector<std::int64_t>* largest = nullptr;
+        std::vector<std::int64_t>* largest = nullptr;
         for (const std::int64_t e : all) {
           if (asked.part_of[e] == 0) continue;
-          const auto& part = asked.parts[static_cast<std::size_t>(asked.part_of[e] - 1)];
+          auto& part = asked.parts[static_cast<std::size_t>(asked.part_of[e] - 1)];
           if (!largest || part.size() > largest->size()) largest = &part;
         }
         if (!largest) return stay(all.front());
-        std::for_each(largest->begin(), largest->end(), stay);
+        for (const std::int64_t e : *largest) {
+          stay(e);
+          asked.part_of[e] = 0;
+        }
+        largest->clear();
       });
 }
 
 Asked asked_by_springs(const YieldProblem& problem, const VoxelBox& voxels, WorkerPool& pool) {
-  const SpringBox box = box_of_all(problem, voxels, pool);
+  SpringBox box = box_of_all(problem, voxels, pool);
   const auto strains = yield_strains(box, problem.materials, pool);
   const auto shares = yielding_shares(box, strains, pool);
   Asked asked{make_box_vectors(box.extent(), pool), {}, {}, {}};
+  tell_what_stays(box, shares, problem.lattice.grid(), asked, pool);
+  asked.stiffen_parts(box, pool);
   pool.for_each(box.extent().z - 2, [&](std::int64_t plane, int) {
     for_each_inner(box, static_cast<int>(plane) + 1, [&](std::int64_t e) {
       glm::dvec3 sum(0.0);
@@ -237,7 +248,6 @@ Asked asked_by_springs(const YieldProblem& problem, const VoxelBox& voxels, Work
       }
     });
   });
-  tell_what_stays(box, shares, problem.lattice.grid(), asked, pool);
   return asked;
 }
 
@@ -245,6 +255,7 @@ Asked asked_by_springs(const YieldProblem& problem, const VoxelBox& voxels, Work
 // the mean way of its elements, each part all the way.
 void carry_along(const Asked& asked, BoxVectors& flow) {
   for (const auto& part : asked.parts) {
+    if (part.empty()) continue;
     for (auto& component : flow) {
       double sum = 0.0;
       for (const std::int64_t e : part) sum += double{component[e]};
@@ -502,7 +513,7 @@ YieldFlow let_yield(const YieldProblem& problem, WorkerPool& pool) {
   SpringBox box({problem.kept, problem.materials, problem.cuts, asked.stays, kNothingHeld},
                 region.box(), pool);
   if (box.free_elements() == 0) return result;
-  box.stiffen([&](std::int64_t e) { return asked.part_of[e] > 0; }, kStiffer, pool);
+  asked.stiffen_parts(box, pool);
   for_each_held(box, pool, [&](std::int64_t e) {
     for (auto& component : asked.forces) component[e] = 0.0f;
   });

@@ -14,11 +14,16 @@
 // sum k |(dP_i - dP_j) - t|^2. Elements of no share keep their shape: a part of them that what
 // yields encloses (the inside of a handle, rubber in clay) goes as one, all others stay. These are
 // linear equations with the stiffness Laplacian, so StiffnessMultigrid and conjugate gradients
-// solve them; what keeps its shape is 1000 times stiffer meanwhile, and then goes its mean way.
+// solve them; a part that goes as one is 1000 times stiffer meanwhile, so that springs between it
+// and what yields count double, and then goes the mean way of its elements.
 //
 // Shares go by elements, not by springs: a spring across a stretch keeps its length and would ask
 // for nothing, and so hold back those along it (of a strain of 20 % and a yield strain of 5 %, 11 %
 // were kept and not 15).
+//
+// So clay flows less next to what does not yield and stays: P is 0 there, and goes on from that
+// (measured: a shell of clay in air of a third of its stiffness, pulled by 12 voxels, keeps
+// 0.06; 9.3 where the air yields too).
 //
 // Where P would come near to folding the state of rest, J of X + P not above 0.05 at some corner of
 // a cell, less of the flow is taken there: springs at rest in a folded cell would have nothing to

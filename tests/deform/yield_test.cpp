@@ -1,11 +1,14 @@
 // Material that keeps a part of its deformation: against closed forms, against Newton's method, and
 // what it promises about waiting, undo and folding.
+#include <Eigen/Sparse>
 #include <cmath>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
 #include "deform/cutting.h"
 #include "deform/disturbance.h"
+#include "deform/fold_cluster.h"
 #include "deform/yield_flow.h"
 #include "references/dense_problem.h"
 #include "tests/deform/relaxing.h"
@@ -259,6 +262,38 @@ INSTANTIATE_TEST_SUITE_P(Scenes, YieldReference,
                                            Kept{"pressed_flat", -0.75, false}),
                          [](const auto& param) { return std::string(param.param.what); });
 
+// Newton's steps on a few elements together go to where those of the reference go.
+TEST(Yield, ElementsMovedTogetherKnowWhatIsKept) {
+  const Size3 size(5);
+  RelaxationScene scene(testing::random_volume(size, 2, 1, 3, {1, 0.8, 1.5}),
+                        {springy(0, 1, 0.4), springy(1, 5, 0.6)});
+  scene.anchors = {};
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> off(-0.3, 0.3);
+  scene.keep([&](VoxelIndex) { return glm::dvec3(off(random), off(random), off(random)); });
+  SpringBox box({scene.start, scene.field, scene.cuts, scene.held, scene.anchors, &scene.kept},
+                {{}, size}, workers());
+  std::vector<std::int64_t> elements;
+  for (std::int64_t e = 0; e < voxel_count(box.extent()); ++e) {
+    if (box.is_free(e)) elements.push_back(e);
+  }
+  ASSERT_EQ(elements.size(), 27u);
+  const FoldEnergy folds(box);
+  FoldCluster cluster(folds, elements);
+  for (int i = 0; i < 20; ++i) static_cast<void>(cluster.step());
+  cluster.write_to(box.u_mm());
+  const SpringProblem twin = scene.twin();
+  const Equilibrium expected = spring_equilibrium(twin, workers());
+  ASSERT_TRUE(expected.converged);
+  double furthest = 0.0;
+  for (const std::int64_t e : elements) {
+    const glm::dvec3 there = expected.u_voxels[element_of(box.voxel(e), size)];
+    EXPECT_LT(glm::length(box.displacement_voxels(e) - there), 1e-5);
+    furthest = std::max(furthest, glm::length(there));
+  }
+  EXPECT_GT(furthest, 0.1);
+}
+
 // --- with handles
 
 MaterialTable clay_table(double yield_strain) {
@@ -270,9 +305,9 @@ MaterialTable clay_table(double yield_strain) {
 // A block of clay with its faces held, pulled in its middle.
 class Pulled {
  public:
-  explicit Pulled(double yield_strain = 0.05, int threads = 1)
+  explicit Pulled(double yield_strain = 0.05, int threads = 1, const DeformerOptions& options = {})
       : pool_(workers(threads)),
-        deformer_(constant_volume({15, 14, 13}), clay_table(yield_strain), {63, false}) {
+        deformer_(constant_volume({15, 14, 13}), clay_table(yield_strain), {63, false}, options) {
     begin();
   }
   void begin() {
@@ -331,6 +366,87 @@ TEST(Yield, ClayStaysAndRubberDoesNot) {
   EXPECT_LT(furthest(rubber_block.deformer().lattice(), Lattice({15, 14, 13})), 0.01);
 }
 
+// The flow of a block of one material by the words of yield_flow.h, solved at once; what does not
+// yield and holds on to the corner stays, any other part of that is one unknown.
+DisplacementField flow_by_the_book(const Lattice& lattice, double yield_strain) {
+  const Size3 size = lattice.grid().volume_size();
+  const auto count = static_cast<std::size_t>(voxel_count(size));
+  const DisplacementField u = displacements_of(lattice);
+  const auto for_each_spring = [&](auto&& f) {
+    for_each_voxel(size, [&](VoxelIndex v) {
+      for (const glm::ivec3& offset : DenseSprings::kOffsets) {
+        const VoxelIndex other = v + offset;
+        if (contains(size, other)) f(element_of(v, size), element_of(other, size), offset);
+      }
+    });
+  };
+  std::vector<double> shares(count, 0.0);
+  for_each_spring([&](std::size_t i, std::size_t j, glm::ivec3 offset) {
+    const double rest = glm::length(glm::dvec3(offset));
+    const double strain = std::abs(glm::length(glm::dvec3(offset) + u[j] - u[i]) / rest - 1.0);
+    if (strain <= yield_strain) return;
+    for (const std::size_t e : {i, j}) shares[e] = std::max(shares[e], 1.0 - yield_strain / strain);
+  });
+  // The lowest element that the springs of those without a share lead to from each of them.
+  std::vector<std::size_t> unknown(count);
+  for (std::size_t e = 0; e < count; ++e) unknown[e] = e;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for_each_spring([&](std::size_t i, std::size_t j, glm::ivec3) {
+      if (shares[i] > 0.0 || shares[j] > 0.0 || unknown[i] == unknown[j]) return;
+      unknown[i] = unknown[j] = std::min(unknown[i], unknown[j]);
+      changed = true;
+    });
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto n = static_cast<Eigen::Index>(count);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, 3);
+  for (Eigen::Index e = 0; e < n; ++e) entries.emplace_back(e, e, 1e-12);
+  for_each_spring([&](std::size_t i, std::size_t j, glm::ivec3) {
+    const auto a = static_cast<Eigen::Index>(unknown[i]);
+    const auto b = static_cast<Eigen::Index>(unknown[j]);
+    if (a == b) return;
+    // A part that goes as one is 1000 times stiffer, in series with what it hangs on.
+    const auto goes_as_one = [&](std::size_t e) { return !(shares[e] > 0.0) && unknown[e] != 0; };
+    const double k = goes_as_one(i) || goes_as_one(j) ? 2.0 / (1.0 + 1e-3) : 1.0;
+    const glm::dvec3 target = 0.5 * k * (shares[i] + shares[j]) * (u[j] - u[i]);
+    for (const auto& [here, there, sign] : {std::tuple{a, b, -1.0}, std::tuple{b, a, 1.0}}) {
+      if (here == 0) continue;
+      entries.emplace_back(here, here, k);
+      if (there != 0) entries.emplace_back(here, there, -k);
+      for (int c = 0; c < 3; ++c) right(here, c) += sign * target[c];
+    }
+  });
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(matrix);
+  const Eigen::MatrixXd solution = factors.solve(right);
+  DisplacementField flow;
+  for (const std::size_t at : unknown) {
+    const auto row = static_cast<Eigen::Index>(at);
+    flow.emplace_back(solution(row, 0), solution(row, 1), solution(row, 2));
+  }
+  return flow;
+}
+
+TEST(Yield, FlowsByTheBook) {
+  for (const double yield_strain : {0.02, 0.05, 0.15}) {
+    Pulled block(yield_strain);
+    block.relax();
+    const Deformer& deformer = block.deformer();
+    const YieldFlow flow = let_yield({deformer.lattice(), deformer.kept(), deformer.materials(),
+                                      deformer.cuts(), std::int64_t{1} << 30},
+                                     workers(2));
+    const DisplacementField expected = flow_by_the_book(deformer.lattice(), yield_strain);
+    const std::vector<std::uint8_t> nothing_held(expected.size(), 0);
+    const DisplacementField rest(expected.size(), glm::dvec3(0));
+    EXPECT_GT(distance_of(expected, rest, nothing_held).largest, 0.5);
+    EXPECT_LT(distance_of(displacements_of(flow.kept), expected, nothing_held).largest,
+              1e-3 + 0.87 * kUnit)
+        << yield_strain;
+  }
+}
+
 // However far the springs have come when the handle is released.
 TEST(Yield, WaitingChangesNothing) {
   Pulled patient;
@@ -377,8 +493,13 @@ TEST(Yield, MindsNoThreads) {
   EXPECT_FALSE(kept.front().at_rest());
 }
 
-TEST(Yield, UndoBringsBackWhatWasKept) {
-  Pulled block;
+// With all the memory it wants, or so little that what undo holds goes to the scratch file.
+class YieldUndo : public ::testing::TestWithParam<std::optional<std::int64_t>> {};
+INSTANTIATE_TEST_SUITE_P(Memory, YieldUndo,
+                         ::testing::Values(std::nullopt, std::int64_t{512} << 10));
+
+TEST_P(YieldUndo, BringsBackWhatWasKept) {
+  Pulled block(0.05, 1, {.lattice_memory_bytes = GetParam()});
   Deformer& deformer = block.deformer();
   block.relax();
   struct State {
@@ -414,6 +535,9 @@ TEST(Yield, UndoBringsBackWhatWasKept) {
       ASSERT_TRUE(deformer.redo());
       expect(states[static_cast<std::size_t>(i)]);
     }
+  }
+  if (GetParam()) {
+    EXPECT_GT(deformer.memory()->store().counters().planes_written, 0);
   }
   // What was released has flown once, on the way there and back.
   block.relax();
