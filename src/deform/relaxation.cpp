@@ -60,6 +60,7 @@ struct Relaxation::State {
   int iterations_here = 0;   // since the region last grew
   bool unpublished = false;  // the search has moved on since
   double published_energy = 0.0;
+  bool energy_known = false;  // of what is published, in the region that there is now
 
   State(const Lattice& start, const MaterialField& field, const Cuts& gone, const ElementSet& holds,
         AnchorRules rules, WorkerPool& workers, const RelaxationOptions& wanted,
@@ -99,6 +100,7 @@ struct Relaxation::State {
     YieldFlow done = let_yield({start, kept, materials, cuts, options.memory_bytes}, pool);
     kept = std::move(done.kept);
     flown = true;
+    energy_known = false;  // springs rest elsewhere
     held = *std::exchange(held_after_flow, std::nullopt);
     progress.converged = progress.at_float_limit = false;
     region = region_around(united(disturbed, done.yielded));
@@ -122,7 +124,16 @@ struct Relaxation::State {
     search = std::make_unique<EquilibriumSearch>(std::move(box), pool);
     progress.free_elements = search->box().free_elements();
     progress.region_limited = region.limited();
-    progress.energy_first = progress.energy_last = published_energy = search->energy_at_start();
+    // What a larger region takes in beside the last one is at rest: the energy stays what it was,
+    // to what sums of floats leave out.
+    constexpr double kEnergySums = 1e-5;
+    const double energy = search->energy_at_start();
+    if (!energy_known) progress.energy_first = energy;
+    if (energy_known && energy > published_energy * (1.0 + kEnergySums)) {
+      progress.energy_ever_rose = true;
+    }
+    energy_known = true;
+    progress.energy_last = published_energy = energy;
     rms_lately.clear();
     best_residual = best_rms = best_energy = std::numeric_limits<double>::infinity();
     least_folded = std::numeric_limits<std::int64_t>::max();
