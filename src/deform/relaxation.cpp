@@ -24,6 +24,8 @@ constexpr std::int64_t kBytesPerYielded = 12;
 // Where in so many iterations neither estimate has fallen by a tenth, nor the energy by this share,
 // nor has a corner unfolded, they will not. Far from equilibrium estimates rise and fall while the
 // energy only falls. Nor goes a search on for ever whose energy crawls.
+// One small estimate may be luck; and how fast moves shrink tells more the longer it is watched.
+constexpr int kConfirmed = 2;
 constexpr int kPatience = 20;
 constexpr double kEnergyGain = 3e-3;
 constexpr int kMostIterations = 600;
@@ -57,6 +59,7 @@ struct Relaxation::State {
   double best_energy = std::numeric_limits<double>::infinity();
   std::int64_t least_folded = std::numeric_limits<std::int64_t>::max();
   int iterations_without_gain = 0;
+  int iterations_within = 0;  // the tolerance, up to now
   int iterations_here = 0;   // since the region last grew
   bool unpublished = false;  // the search has moved on since
   double published_energy = 0.0;
@@ -137,7 +140,7 @@ struct Relaxation::State {
     rms_lately.clear();
     best_residual = best_rms = best_energy = std::numeric_limits<double>::infinity();
     least_folded = std::numeric_limits<std::int64_t>::max();
-    iterations_without_gain = iterations_here = 0;
+    iterations_without_gain = iterations_here = iterations_within = 0;
     note();
   }
 
@@ -176,10 +179,12 @@ struct Relaxation::State {
     } else {
       ++iterations_without_gain;
     }
-    if (progress.residual_voxels <= options.tolerance_voxels) {
+    const bool within = progress.residual_voxels <= options.tolerance_voxels;
+    iterations_within = within ? iterations_within + 1 : 0;
+    if (iterations_within >= kConfirmed) {
       if (rim_is_pulled() && enlarge()) return;
       progress.converged = true;
-    } else if (iterations_without_gain >= kPatience || iterations_here >= kMostIterations) {
+    } else if (!within && (iterations_without_gain >= kPatience || iterations_here >= kMostIterations)) {
       progress.at_float_limit = true;
     }
     if (progress.finished() && held_after_flow) flow();
