@@ -64,6 +64,7 @@ EquilibriumSearch::EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool&
       forces_(make_box_vectors(box_->extent(), pool)),
       moves_(make_box_vectors(box_->extent(), pool)),
       direction_(make_box_vectors(box_->extent(), pool)),
+      turns_(*box_, multigrid_, forces_, moves_),
       share_of_corners_(kLeastOfCorners) {
   energy_at_start_ = spring_energy() + guard_.energy();
   check_finite(energy_at_start_);
@@ -141,7 +142,7 @@ void EquilibriumSearch::compute_forces() {
 // Multigrid knows springs alone: it would send an element far through the wall that pushes it. So
 // forces on the few in a wall count, and their moves are, by the share that springs have of their
 // stiffness, the root of it each time, so that the inverse stays symmetric.
-void EquilibriumSearch::solve_for_moves() {
+void EquilibriumSearch::solve_for_moves(bool with_turns) {
   const auto shares = guard_.spring_shares();
   std::vector<std::array<float, 3>> all;
   all.reserve(shares.size());
@@ -149,7 +150,12 @@ void EquilibriumSearch::solve_for_moves() {
     all.push_back({forces_[0][e], forces_[1][e], forces_[2][e]});
     for (auto& component : forces_) component[e] *= root;
   }
+  if (with_turns) turns_.take(forces_);
   multigrid_.solve(forces_, moves_);
+  if (with_turns) {
+    turns_.give_back(forces_);
+    turns_.add(moves_);
+  }
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const auto& [e, root] = shares[i];
     for (std::size_t c = 0; c < 3; ++c) {
@@ -167,11 +173,16 @@ void EquilibriumSearch::aim(bool first) {
     old_moves_dot_forces = over_rows<1>(
         1, [&](const SpringRun& run, auto& sums) { sums[0] += dot(moves_, forces_, run); })[0];
   }
-  solve_for_moves();
-  const auto now = over_rows<2>(1, [&](const SpringRun& run, auto& sums) {
-    sums[0] += dot(moves_, forces_, run);
-    sums[1] += dot(moves_, moves_, run);
-  });
+  const auto solve = [&](bool with_turns) {
+    solve_for_moves(with_turns);
+    return over_rows<2>(1, [&](const SpringRun& run, auto& sums) {
+      sums[0] += dot(moves_, forces_, run);
+      sums[1] += dot(moves_, moves_, run);
+    });
+  };
+  auto now = solve(!turns_.empty());
+  // First turns, then multigrid: an inverse that is not symmetric may point uphill.
+  if (!(now[0] > 0.0) && !turns_.empty()) now = solve(false);
   check_finite(now[0] + now[1]);
   const double keep = first || !(moves_dot_forces_ > 0.0)
                           ? 0.0
@@ -288,8 +299,8 @@ void EquilibriumSearch::check_finite(double sum) const {
 }
 
 std::int64_t EquilibriumSearch::bytes() const {
-  return box_->bytes() + multigrid_.bytes() + bytes_of(forces_) + bytes_of(moves_) +
-         bytes_of(direction_);
+  return box_->bytes() + multigrid_.bytes() + turns_.bytes() + bytes_of(forces_) +
+         bytes_of(moves_) + bytes_of(direction_);
 }
 
 }  // namespace maille

@@ -10,6 +10,7 @@
 #include "deform/fold_guard.h"
 #include "deform/lattice.h"
 #include "deform/spring_box.h"
+#include "deform/stiff_turns.h"
 #include "deform/stiffness_multigrid.h"
 
 namespace maille {
@@ -52,7 +53,7 @@ class EquilibriumSearch {
   void start_from_half_resolution();
   void aim(bool first);
   void compute_forces();
-  void solve_for_moves();
+  void solve_for_moves(bool with_turns);
   double turn(float keep);
   void measure(double slope, double moves_squared, bool first);
   double length_of_step(double slope, double curvature, double folds);
@@ -66,6 +67,7 @@ class EquilibriumSearch {
   BoxVectors forces_;
   BoxVectors moves_;      // what multigrid makes of them
   BoxVectors direction_;  // of the next step
+  StiffTurns turns_;
   double step_ = 0.0;
   double furthest_voxels_ = 0.0;  // of a step of 1
   double moves_dot_forces_ = 0.0;

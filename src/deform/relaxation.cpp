@@ -60,8 +60,8 @@ struct Relaxation::State {
   std::int64_t least_folded = std::numeric_limits<std::int64_t>::max();
   int iterations_without_gain = 0;
   int iterations_within = 0;  // the tolerance, up to now
-  int iterations_here = 0;   // since the region last grew
-  bool unpublished = false;  // the search has moved on since
+  int iterations_here = 0;    // since the region last grew
+  bool unpublished = false;   // the search has moved on since
   double published_energy = 0.0;
   bool energy_known = false;  // of what is published, in the region that there is now
 
@@ -184,7 +184,8 @@ struct Relaxation::State {
     if (iterations_within >= kConfirmed) {
       if (rim_is_pulled() && enlarge()) return;
       progress.converged = true;
-    } else if (!within && (iterations_without_gain >= kPatience || iterations_here >= kMostIterations)) {
+    } else if (!within &&
+               (iterations_without_gain >= kPatience || iterations_here >= kMostIterations)) {
       progress.at_float_limit = true;
     }
     if (progress.finished() && held_after_flow) flow();

@@ -92,9 +92,34 @@ INSTANTIATE_TEST_SUITE_P(
     Scenes, RelaxationEstimate,
     ::testing::Values(Scene{"homogeneous", Size3(21), {1}, false, 2.0, {2.0, 0.5, -0.3}},
                       Scene{"stiff ball", Size3(21), {1, 1000}, true, 1.5, {1.5, 0.5, -0.3}},
+                      Scene{"turning ball", Size3(21), {1, 1e6}, true, 0.0, {0.6, 0.4, -0.3}},
                       Scene{"three materials", Size3(19), {1, 20, 400}, false, 2.0, {1.2, 0, 0.7}},
                       Scene{"thin sheet", {41, 37, 3}, {1}, false, 2.0, {0.5, 0.0, 2.0}},
                       Scene{"long bar", {60, 7, 7}, {1, 10}, false, 1.0, {1.5, 0.5, 0.0}}));
+
+// --- turns
+
+// A ball held at its middle alone turns in what is around it, however stiff it is: that takes no
+// more than three times the cycles that one as soft takes.
+TEST(StiffTurns, CostFewCycles) {
+  std::int64_t cycles_alike = 0;
+  for (const double ratio : {1.0, 1e2, 1e4, 1e9}) {
+    const auto scene = dragged({"ball", Size3(25), {1, ratio}, true, 0.0, {0.6, 0.4, -0.3}});
+    RelaxationOptions options;
+    options.tolerance_voxels = 0.001;
+    Relaxation relaxation = scene->relaxation(workers(2), options);
+    run(relaxation, 200);
+    EXPECT_TRUE(relaxation.progress().converged) << ratio;
+    if (ratio == 1.0) cycles_alike = relaxation.progress().iterations;
+    EXPECT_LE(relaxation.progress().iterations, 3 * cycles_alike) << ratio;
+    const SpringProblem twin = scene->twin();
+    const Equilibrium expected = spring_equilibrium(twin, workers(2));
+    ASSERT_TRUE(expected.converged);
+    EXPECT_LT(distance_of(relaxation.displacements_voxels(), expected.u_voxels, twin.held).largest,
+              0.005)
+        << ratio;
+  }
+}
 
 // --- the region
 
