@@ -9,6 +9,7 @@
 #include "core/trace.h"
 #include "deform/cell_rows.h"
 #include "deform/fold_cluster.h"
+#include "deform/fold_element.h"
 #include "deform/spring_rows.h"
 
 namespace maille {
@@ -23,25 +24,6 @@ constexpr int kMostSweeps = 20;
 // near folding that will not be for long.
 constexpr std::size_t kMostMoves = 20'000;
 constexpr std::size_t kLargestCluster = 200;
-
-struct SpringHere {
-  std::int64_t other = 0;
-  glm::dvec3 rest_mm{0};
-  glm::dvec3 kept_mm{0};  // of it, what material keeps that has yielded
-  double length_mm = 0.0;
-  double stiffness = 0.0;
-  double blend = 0.0;
-};
-
-// J is straight in the position of any one of its four elements: an edge that it ends changes with
-// it, and where all three do, what they change by is one and the same direction.
-struct CornerHere {
-  std::array<std::int64_t, 4> elements{};
-  glm::dvec3 signs{1};
-  glm::dvec3 shares{0};
-  double kappa = 0.0;
-  bool guarded = true;
-};
 
 glm::dvec3 at(const BoxVectors& v, std::int64_t e) {
   return {double{v[0][e]}, double{v[1][e]}, double{v[2][e]}};
@@ -66,14 +48,6 @@ void sort_once(std::vector<T>& v) {
 }
 
 }  // namespace
-
-// An element with all that its energy takes, gathered once for many moves.
-struct FoldGuard::Element {
-  std::int64_t element = 0;
-  int color = 0;  // elements of one color have no spring or corner in common
-  std::vector<SpringHere> springs;
-  std::vector<CornerHere> corners;
-};
 
 FoldGuard::FoldGuard(SpringBox& box, WorkerPool& pool)
     : box_(box),
@@ -253,41 +227,16 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
 void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_voxels) {
   if (elements.empty()) return;
   const trace::Span span("elements near folding");
-  const Size3 extent = box_.extent();
-  std::vector<Element> all(elements.size());
+  std::vector<FoldElement> all(elements.size());
   pool_.for_each(
       static_cast<std::int64_t>((elements.size() + 63) / 64), [&](std::int64_t part, int) {
         const std::size_t end = std::min(elements.size(), static_cast<std::size_t>(part + 1) * 64);
         for (std::size_t i = static_cast<std::size_t>(part) * 64; i < end; ++i) {
-          const std::int64_t e = elements[i];
-          Element& here = all[i];
-          here.element = e;
-          const std::int64_t row = e / extent.x;
-          here.color = static_cast<int>(((e - row * extent.x) & 1) | (row % extent.y & 1) << 1 |
-                                        (row / extent.y & 1) << 2);
-          for (int s = 0; s < kSprings; ++s) {
-            const double k = double{box_.stiffness(e, s)};
-            if (!(k > 0.0)) continue;
-            const Spring& spring = box_.springs()[static_cast<std::size_t>(s)];
-            const std::int64_t other = e + box_.step(s);
-            const glm::dvec3 kept_mm = box_.kept_mm(e, s);
-            const glm::dvec3 rest_mm = glm::dvec3(spring.rest_mm) + kept_mm;
-            const double length_mm = box_.keeps() ? glm::length(rest_mm) : double{spring.length_mm};
-            here.springs.push_back({other, rest_mm, kept_mm, length_mm, k,
-                                    0.5 * (double{box_.blend(e)} + double{box_.blend(other)})});
-          }
-          folds_.for_each_corner_at(e, [&](const CellCorner& corner) {
-            const auto sign = [&](int axis) { return (corner.signs >> axis) & 1 ? -1.0 : 1.0; };
-            here.corners.push_back({folds_.elements_of(corner),
-                                    {sign(0), sign(1), sign(2)},
-                                    folds_.shares(corner, e),
-                                    folds_.kappa(corner),
-                                    folds_.is_guarded(corner)});
-          });
+          all[i] = FoldElement(folds_, elements[i]);
         }
       });
-  std::array<std::vector<const Element*>, 8> by_color;
-  for (const Element& e : all) by_color[static_cast<std::size_t>(e.color)].push_back(&e);
+  std::array<std::vector<const FoldElement*>, 8> by_color;
+  for (const FoldElement& e : all) by_color[static_cast<std::size_t>(e.color())].push_back(&e);
   const int most_sweeps =
       std::clamp(static_cast<int>(kMostMoves / elements.size()), 2, kMostSweeps);
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
@@ -302,7 +251,7 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_
         const std::size_t end = std::min(color.size(), begin + kPart);
         double& move = moves[static_cast<std::size_t>(part)];
         for (std::size_t i = begin; i < end; ++i) {
-          move = std::max(move, move_to_least_energy(*color[i]));
+          move = std::max(move, color[i]->move_to_least_energy(folds_, box_.u_mm()));
         }
       };
       if (parts <= 2) {
@@ -328,95 +277,6 @@ void FoldGuard::settle_clusters(const std::vector<std::int64_t>& elements) {
     cluster.step();
     cluster.write_to(box_.u_mm());
   });
-}
-
-// Returns how far it moved, in voxels.
-double FoldGuard::move_to_least_energy(const Element& here) {
-  const BoxVectors& all = box_.u_mm();
-  const glm::dvec3 u = at(all, here.element);
-  const glm::dvec3 voxels_from_mm = 1.0 / box_.spacing_mm();
-  glm::dvec3 gradient(0.0);
-  // Upper half, by rows: xx xy xz yy yz zz.
-  std::array<double, 6> h{};
-  const auto add_square = [&](double weight, const glm::dvec3& v) {
-    h[0] += weight * v.x * v.x;
-    h[1] += weight * v.x * v.y;
-    h[2] += weight * v.x * v.z;
-    h[3] += weight * v.y * v.y;
-    h[4] += weight * v.y * v.z;
-    h[5] += weight * v.z * v.z;
-  };
-  double energy = 0.0;
-  double same = 0.0;
-  for (const SpringHere& s : here.springs) {
-    const glm::dvec3 du = u - at(all, s.other) - s.kept_mm;
-    const glm::dvec3 p = s.rest_mm + du;
-    const double length2 = glm::dot(p, p) + 1e-30;
-    const double length = std::sqrt(length2);
-    const double stretch = length - s.length_mm;
-    const double plain = s.stiffness * (1.0 - s.blend);
-    const double straight = s.stiffness * s.blend;
-    const double relative = stretch / length;
-    energy += 0.5 * (plain * stretch * stretch + straight * glm::dot(du, du));
-    gradient += plain * relative * p + straight * du;
-    const double across = std::max(0.0, relative);
-    add_square(plain * (1.0 - across) / length2, p);
-    same += plain * across + straight;
-  }
-  h[0] += same;
-  h[3] += same;
-  h[5] += same;
-  std::array<glm::dvec3, 32> slopes;  // of J, by the element's position
-  std::array<double, 32> open;        // J
-  std::array<double, 32> least_open;
-  const std::size_t corners = here.corners.size();
-  for (std::size_t i = 0; i < corners; ++i) {
-    const CornerHere& c = here.corners[i];
-    const glm::dvec3 center = at(all, c.elements[0]);
-    glm::dmat3 edges(1.0);
-    for (int a = 0; a < 3; ++a) {
-      edges[a] += c.signs[a] * voxels_from_mm *
-                  (at(all, c.elements[static_cast<std::size_t>(a + 1)]) - center);
-    }
-    const glm::dmat3 by_edges = FoldEnergy::cofactors(edges);
-    open[i] = glm::dot(edges[0], by_edges[0]);
-    least_open[i] = folds_.least_open(by_edges);
-    slopes[i] = (by_edges * c.shares) * voxels_from_mm;
-    const FoldPenalty penalty = fold_penalty(open[i]);
-    if (!(penalty.value > 0.0)) continue;
-    energy += c.kappa * penalty.value;
-    gradient += c.kappa * penalty.slope / kFoldReach * slopes[i];
-    add_square(c.kappa * penalty.curvature / (kFoldReach * kFoldReach), slopes[i]);
-  }
-  const glm::dmat3 hessian(h[0], h[1], h[2], h[1], h[3], h[4], h[2], h[4], h[5]);
-  const double volume = glm::determinant(hessian);
-  if (!(volume > 0.0) || !std::isfinite(volume)) return 0.0;
-  const glm::dvec3 full = -(glm::inverse(hessian) * gradient);
-  double share = 1.0;
-  for (int attempt = 0; attempt < 12; ++attempt, share *= 0.5) {
-    const glm::dvec3 move = share * full;
-    double moved_energy = 0.0;
-    bool closed = false;
-    for (std::size_t i = 0; i < corners && !closed; ++i) {
-      const double j = open[i] + glm::dot(slopes[i], move);
-      closed = here.corners[i].guarded && closes(open[i], j, kLeftByElement, least_open[i]);
-      moved_energy += here.corners[i].kappa * fold_penalty(j).value;
-    }
-    if (closed) continue;
-    for (const SpringHere& s : here.springs) {
-      const glm::dvec3 du = u + move - at(all, s.other) - s.kept_mm;
-      const glm::dvec3 p = s.rest_mm + du;
-      const double stretch = std::sqrt(glm::dot(p, p) + 1e-30) - s.length_mm;
-      moved_energy +=
-          0.5 * s.stiffness * ((1.0 - s.blend) * stretch * stretch + s.blend * glm::dot(du, du));
-    }
-    if (!(moved_energy <= energy)) continue;
-    for (int c = 0; c < 3; ++c) {
-      box_.u_mm()[static_cast<std::size_t>(c)][here.element] = static_cast<float>(u[c] + move[c]);
-    }
-    return glm::length(move * voxels_from_mm);
-  }
-  return 0.0;
 }
 
 // What one by one has moved is measured anew, whatever the way of all others was.

@@ -47,7 +47,6 @@ class FoldGuard {
   std::int64_t folded() const { return folded_; }
 
  private:
-  struct Element;
   struct RowMeasure {
     float least = 0.0f;         // J of its cells
     float longest_edge = 0.0f;  // in voxels
@@ -63,7 +62,6 @@ class FoldGuard {
                                       const BoxVectors& direction, double step);
   void settle(const std::vector<std::int64_t>& elements, double enough_voxels);
   void settle_clusters(const std::vector<std::int64_t>& elements);
-  double move_to_least_energy(const Element& element);
   void note_moved(const std::vector<std::int64_t>& elements);
   void find_bent(const std::vector<CellCorner>& near, const std::vector<std::int64_t>& moved);
 

@@ -6,6 +6,7 @@
 //   cmake --preset release -DMAILLE_BENCHMARKS=ON && cmake --build --preset release
 //   build/release/tests/bench_deformation --benchmark_repetitions=7
 //                                         --benchmark_report_aggregates_only=true
+#include <memory>
 #include <optional>
 #include <random>
 
@@ -23,7 +24,7 @@ constexpr Size3 kSize{256, 256, 256};
 
 enum Scene : std::int64_t { one_material, random_blocks };
 
-Deformer scene(Scene which) {
+std::unique_ptr<Deformer> scene(Scene which) {
   constexpr int block = 8;
   std::mt19937 random(1);
   const Size3 blocks = kSize / block;
@@ -52,9 +53,9 @@ Deformer scene(Scene which) {
   };
   std::vector<Material> materials{material("soft", 0, 0.6, 1.5, 0.25)};
   if (which != one_material) materials.push_back(material("firm", 1, 0.8, 1.3, 0.15));
-  return Deformer(
+  return std::make_unique<Deformer>(
       Volume::of(kSize, VoxelType::uint8, axis_aligned(glm::dvec3(1)), std::move(samples)),
-      std::move(MaterialTable::create(std::move(materials))).value(), {});
+      std::move(MaterialTable::create(std::move(materials))).value(), AnchorRules{});
 }
 
 // A drag of 25 voxels along one axis, which moves one to four million elements.
@@ -68,43 +69,48 @@ void label(benchmark::State& state) {
   state.SetLabel(kNames[state.range(0)]);
 }
 
-Deformer dragged(benchmark::State& state) {
+std::unique_ptr<Deformer> dragged(benchmark::State& state) {
   label(state);
-  Deformer deformer = scene(static_cast<Scene>(state.range(0)));
-  static_cast<void>(deformer.begin_stroke(kSize / 2, 4));
-  drag(deformer);
+  auto deformer = scene(static_cast<Scene>(state.range(0)));
+  static_cast<void>(deformer->begin_stroke(kSize / 2, 4));
+  drag(*deformer);
   return deformer;
 }
 
 // The forces of all springs on all elements once: what the paper calls an update.
 void plain_sweep(benchmark::State& state) {
-  const Deformer deformer = dragged(state);
-  const RelaxationStart start = deformer.relaxation_start(0.01);
-  WorkerPool pool(1);
+  const auto deformer = dragged(state);
+  const RelaxationStart start = deformer->relaxation_start(0.01);
+  WorkerPool pool(static_cast<int>(state.range(1)));
   const SpringBox box({start.lattice, start.materials, start.cuts, start.held, start.anchors},
                       {VoxelIndex(1), kSize - 1}, pool);
   const Size3 extent = box.extent();
-  RunVectors forces;
   for (auto _ : state) {
-    for (int z = 1; z < extent.z - 1; ++z) {
+    pool.for_each(extent.z - 2, [&](std::int64_t plane, int) {
+      RunVectors forces;
       for (int y = 1; y < extent.y - 1; ++y) {
-        for_each_run(box, box.row(y, z), 1, extent.x - 1, [&](const SpringRun& run) {
-          spring_forces(box, run, forces);
-          benchmark::DoNotOptimize(forces);
-        });
+        for_each_run(box, box.row(y, static_cast<int>(plane) + 1), 1, extent.x - 1,
+                     [&](const SpringRun& run) {
+                       spring_forces(box, run, forces);
+                       benchmark::DoNotOptimize(forces);
+                     });
       }
-    }
+    });
   }
   state.counters["updates/s"] = benchmark::Counter(static_cast<double>(box.free_elements()),
                                                    benchmark::Counter::kIsIterationInvariantRate);
 }
-BENCHMARK(plain_sweep)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
+BENCHMARK(plain_sweep)
+    ->ArgsProduct({{one_material, random_blocks}, {1, 2}})
+    ->ArgNames({"scene", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 void relaxation_set_up(benchmark::State& state) {
-  const Deformer deformer = dragged(state);
+  const auto deformer = dragged(state);
   WorkerPool pool(1);
   std::int64_t elements = 0;
-  for (auto _ : state) elements += deformer.relax(pool, {}).progress().free_elements;
+  for (auto _ : state) elements += deformer->relax(pool, {}).progress().free_elements;
   state.counters["elements/s"] =
       benchmark::Counter(static_cast<double>(elements), benchmark::Counter::kIsRate);
 }
@@ -112,7 +118,7 @@ BENCHMARK(relaxation_set_up)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
 
 // From the drag to equilibrium and again.
 void relaxation_cycle(benchmark::State& state) {
-  const Deformer deformer = dragged(state);
+  const auto deformer = dragged(state);
   WorkerPool pool(1);
   std::optional<Relaxation> relaxation;
   std::int64_t updates = 0;
@@ -120,7 +126,7 @@ void relaxation_cycle(benchmark::State& state) {
     if (!relaxation || relaxation->progress().finished()) {
       state.PauseTiming();
       relaxation.reset();
-      relaxation.emplace(deformer.relax(pool, {}));
+      relaxation.emplace(deformer->relax(pool, {}));
       state.ResumeTiming();
     }
     const std::int64_t before = relaxation->progress().element_updates;
@@ -134,14 +140,14 @@ BENCHMARK(relaxation_cycle)->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
 void resample(benchmark::State& state) {
   label(state);
   const auto method = static_cast<ResampleMethod>(state.range(1));
-  Deformer deformer = scene(static_cast<Scene>(state.range(0)));
+  const auto deformer = scene(static_cast<Scene>(state.range(0)));
   const Volume volume =
       Volume::of(kSize, VoxelType::int16, axis_aligned(glm::dvec3(1)),
                  std::vector<std::int16_t>(static_cast<std::size_t>(voxel_count(kSize)), 7));
-  static_cast<void>(deformer.begin_stroke(kSize / 2, 4));
-  drag(deformer);
-  const auto dirty = dirty_bricks(Lattice(kSize), Cuts(kSize), deformer.lattice(), Cuts(kSize));
-  const Resampler resampler(volume, deformer.lattice(), Cuts(kSize), method, 0.0);
+  static_cast<void>(deformer->begin_stroke(kSize / 2, 4));
+  drag(*deformer);
+  const auto dirty = dirty_bricks(Lattice(kSize), Cuts(kSize), deformer->lattice(), Cuts(kSize));
+  const Resampler resampler(volume, deformer->lattice(), Cuts(kSize), method, 0.0);
   std::vector<std::byte> brick(kBrickVoxels * sizeof(std::int16_t));
   ResampleCounts counts;
   for (auto _ : state) {
