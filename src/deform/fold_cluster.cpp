@@ -123,9 +123,9 @@ void FoldCluster::gather_corners() {
       for (std::size_t n = 0; n < 4; ++n) {
         here.at[n] = index_of(elements[n]);
         any = any || here.at[n] >= 0;
-        here.held_mm[n] = at(box.u_mm(), elements[n]);
       }
       if (!any) continue;
+      for (std::size_t n = 0; n < 4; ++n) here.held_mm[n] = at(box.u_mm(), elements[n]);
       for (int axis = 0; axis < 3; ++axis) here.signs[axis] = (signs >> axis) & 1 ? -1.0 : 1.0;
       here.kappa = folds_.kappa(corner);
       here.guarded = folds_.is_guarded(corner);
