@@ -106,7 +106,10 @@ double FoldGuard::advance(const BoxVectors& direction, double step, double furth
   std::vector<CellCorner> near = find_near(step * furthest_voxels);
   // Where not a few corners close but many, the step was too long for all.
   constexpr int kMostHalvings = 5;
-  const std::size_t few = 100 + static_cast<std::size_t>(box_.free_elements() / 20'000);
+  // More of them are not few however large the box: what is taken back from them closes others,
+  // until half of it is (measured at ten million elements).
+  const auto few =
+      static_cast<std::size_t>(std::min<std::int64_t>(240, 100 + box_.free_elements() / 20'000));
   for (int halving = 0; halving < kMostHalvings; ++halving) {
     if (closed_by(near, direction, step) <= few) break;
     step *= 0.5;
