@@ -28,8 +28,9 @@ std::string progress(const SimulationStatus& s) {
     return begin + "at equilibrium" +
            (s.residual_voxels > 0.0 ? ", within " + voxels(s.residual_voxels) : "");
   }
-  if (s.at_float_limit) {
-    return begin + "as near to equilibrium as floats allow, about " + voxels(s.residual_voxels);
+  if (s.no_nearer) {
+    return begin + "comes no nearer to equilibrium, about " + voxels(s.residual_voxels) +
+           " from it";
   }
   return "";
 }

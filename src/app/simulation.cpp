@@ -156,7 +156,7 @@ SimulationStatus Simulation::status() const {
   SimulationStatus status = status_;
   status.relaxing = relaxation.at_work;
   status.converged = progress.converged;
-  status.at_float_limit = progress.at_float_limit;
+  status.no_nearer = progress.no_nearer;
   status.residual_voxels = progress.residual_voxels;
   status.residual_rms_voxels = progress.residual_rms_voxels;
   status.iterations = progress.iterations;

@@ -32,7 +32,7 @@ struct SimulationStatus {
   // Of the relaxation that is on, or the last one until something is changed. Estimated distances
   // to equilibrium, the largest and RMS: infinite where there is none yet.
   bool converged = false;
-  bool at_float_limit = false;
+  bool no_nearer = false;
   double residual_voxels = 0.0;
   double residual_rms_voxels = 0.0;
   std::int64_t iterations = 0;

@@ -8,8 +8,9 @@
 //
 // the square for J below 0.3 only, the rest, the wall, below 0.1; kappa is the mean stiffness of
 // its three links times the 2/3 power of the cell's volume in mm^3. Where no corner comes below 0.3
-// the equilibrium is that of the springs alone, exactly; where some do it is unique where theirs is
-// not (they buckle). A corner that cuts have opened, or one beyond the volume, has none.
+// the equilibrium is that of the springs alone, exactly; where some do, springs alone buckle, and
+// with it a pull may still leave several equilibria, close to one another in energy. A corner that
+// cuts have opened, or one beyond the volume, has none.
 //
 // The roads not taken: without the wall hard enough a pull has its least energy beyond J = 0, so
 // that corners end on whatever floor they may not cross, and there each blocks the way of those

@@ -105,7 +105,7 @@ struct Relaxation::State {
     flown = true;
     energy_known = false;  // springs rest elsewhere
     held = *std::exchange(held_after_flow, std::nullopt);
-    progress.converged = progress.at_float_limit = false;
+    progress.converged = progress.no_nearer = false;
     region = region_around(united(disturbed, done.yielded));
     start_search();
     progress.region_limited = progress.region_limited || done.limited;
@@ -186,7 +186,7 @@ struct Relaxation::State {
       progress.converged = true;
     } else if (!within &&
                (iterations_without_gain >= kPatience || iterations_here >= kMostIterations)) {
-      progress.at_float_limit = true;
+      progress.no_nearer = true;
     }
     if (progress.finished() && held_after_flow) flow();
   }

@@ -3,13 +3,14 @@
 // The least energy of springs (springs.h) and corners near folding (fold_energy.h), with handles,
 // pins, anchors and fixed materials where they are, found by nonlinear conjugate gradients
 // (Polak-Ribiere, restarted) on forces that multigrid has turned into moves
-// (stiffness_multigrid.h). A step goes to the least energy along its direction by the energy's own
-// second derivative; where that is not positive, by the bound that no stretch exceeds. FoldGuard
-// takes it, so no cell that was open is folded after it.
+// (stiffness_multigrid.h), and those on stiff parts into turns (stiff_turns.h). A step goes to the
+// least energy along its direction by the energy's own second derivative; where that is not
+// positive, by the bound that no stretch exceeds. FoldGuard takes it, so no cell that was open is
+// folded after it.
 //
-// The moves that multigrid gives, times the length of the step they are about to take, are what is
-// left to the equilibrium as far as can be told: that is the estimate, and a relaxation is over
-// when the largest is within the tolerance. It does not depend on the path there.
+// The moves that multigrid gives, times the length of the step they are about to take and how much
+// the steps after it add to it, are what is left to the equilibrium as far as can be told: that is
+// the estimate, and a relaxation is over when the largest has been within the tolerance twice.
 //
 // Carved elements, and any that nothing holds to the rest, stay where they are. Springs do not take
 // stiffness as it stands: material/spring_table.h says why and how.
@@ -56,8 +57,8 @@ struct RelaxationProgress {
   std::int64_t folded_corners = 0;  // that ChainMail left, and are still there
   bool region_limited = false;      // memory did not allow for all that is pulled: its rim holds
   bool converged = false;           // residual_voxels is within the tolerance
-  bool at_float_limit = false;      // not, but nothing gets better: the rounding of the state
-  bool finished() const { return converged || at_float_limit; }
+  bool no_nearer = false;           // not, but nothing gets better any more
+  bool finished() const { return converged || no_nearer; }
 };
 
 // What has to do with material that yields.

@@ -45,7 +45,7 @@ struct ChainMailError {
     double rms_to_relaxed_voxels = 0.0;
     double max_to_relaxed_voxels = 0.0;
   };
-  // The exact answer relaxed by the product until it has converged, or floats allow no more.
+  // The exact answer relaxed by the product until it has converged, or comes no nearer.
   struct Relaxed {
     std::int64_t iterations = 0;
     bool converged = false;

@@ -114,7 +114,7 @@ std::string table_text(const ChainMailError& report) {
     const auto& relaxed = scene.relaxed;
     out += "\n" + scene.title + heading + text_table(rows) +
            "relaxed: " + std::to_string(relaxed.iterations) + " cycles from the exact answer, " +
-           (relaxed.converged ? "converged" : "as near to equilibrium as floats allow") +
+           (relaxed.converged ? "converged" : "coming no nearer") +
            ", by its own estimate within " + fixed_number(relaxed.residual_voxels, 4) +
            " voxels, " + std::to_string(relaxed.folded_cells) + " folded cells\n";
   }

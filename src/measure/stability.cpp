@@ -211,7 +211,7 @@ void relax(const Deformer& deformer, const StabilityOptions& options, WorkerPool
     const RelaxationProgress& progress = relaxation.progress();
     row.iterations = progress.iterations;
     row.converged = progress.converged;
-    row.at_float_limit = progress.at_float_limit;
+    row.no_nearer = progress.no_nearer;
     row.energy_said_to_rise = progress.energy_ever_rose;
     row.estimate_voxels = progress.residual_voxels;
   } catch (const Failure& failure) {
@@ -283,8 +283,8 @@ std::string Row::fault(double tolerance_voxels) const {
     faults.push_back(std::to_string(newly_folded) + " newly folded cells");
   }
   // Nearer than floats can say where an element is nobody can end.
-  const double near = std::max(tolerance_voxels, at_float_limit ? 4.0 * float_step_voxels : 0.0);
-  if (!converged && !at_float_limit) faults.push_back("never ends");
+  const double near = std::max(tolerance_voxels, no_nearer ? 4.0 * float_step_voxels : 0.0);
+  if (!converged && !no_nearer) faults.push_back("never ends");
   if (reference_converged && !(distance_voxels <= near)) {
     faults.push_back(fixed_number(distance_voxels, 3) + " voxels off");
   }

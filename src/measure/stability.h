@@ -52,7 +52,7 @@ struct StabilityReport {
     std::int64_t iterations = 0;
     double relax_seconds = 0.0;  // with its set-up
     bool converged = false;      // as relaxation says
-    bool at_float_limit = false;
+    bool no_nearer = false;
     std::string failure;  // relaxation gave up: why
 
     bool finite = true;  // every displacement and every number of the progress, in every state

@@ -27,7 +27,7 @@ const char* name_of(Verdict verdict) {
 const char* end_of(const Row& row) {
   if (!row.failure.empty()) return "gave up";
   if (row.converged) return "converged";
-  return row.at_float_limit ? "float limit" : "never ends";
+  return row.no_nearer ? "no nearer" : "never ends";
 }
 
 std::string short_number(double value) {

@@ -47,10 +47,10 @@ TEST(RelaxationText, SaysHowItEnded) {
   s.residual_voxels = 0.0;
   EXPECT_EQ(relaxation_text(s), Lines{"relaxation: at equilibrium"});
   s.converged = false;
-  s.at_float_limit = true;
+  s.no_nearer = true;
   s.residual_voxels = 0.05;
   EXPECT_EQ(relaxation_text(s),
-            Lines{"relaxation: as near to equilibrium as floats allow, about 0.050 voxels"});
+            Lines{"relaxation: comes no nearer to equilibrium, about 0.050 voxels from it"});
 }
 
 TEST(RelaxationText, SaysWhatMemoryDoesNotAllow) {

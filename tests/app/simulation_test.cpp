@@ -68,7 +68,7 @@ bool comes_to_rest(Simulation& simulation) {
   return comes_true([&] {
     static_cast<void>(simulation.take_view());
     const SimulationStatus s = simulation.status();
-    return !s.relaxing && (s.converged || s.at_float_limit);
+    return !s.relaxing && (s.converged || s.no_nearer);
   });
 }
 

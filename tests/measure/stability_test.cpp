@@ -57,7 +57,7 @@ TEST(Stability, EveryPartOfThePromiseCanBreakIt) {
   far.float_step_voxels = 0.06;
   EXPECT_EQ(far.verdict(0.01), Verdict::fails) << "it says that it is there";
   far.converged = false;
-  far.at_float_limit = true;
+  far.no_nearer = true;
   EXPECT_EQ(far.verdict(0.01), Verdict::holds);
 
   Row unknown = good_row();
