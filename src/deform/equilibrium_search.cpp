@@ -108,12 +108,20 @@ void EquilibriumSearch::start_from_half_resolution() {
   constexpr int kMostCycles = 12;
   constexpr double kEnough_voxels = 0.02;
   for (int i = 0; i < kMostCycles && search.rms_voxels() > kEnough_voxels; ++i) search.cycle();
-  const double furthest = interpolate_moves(search.box(), before, *box_, direction_, pool_);
+  const double enough_voxels = kSettled * search.rms_voxels();
+  // Where coarse elements are is a better guess than what they moved by, added to the creases that
+  // ChainMail leaves. But beyond a free face there are none to tell, and a knot does not open.
+  if (search.leapt_ && !box_->may_lack_springs()) {
+    const double furthest = interpolate_moves(search.box(), nullptr, *box_, direction_, pool_);
+    if (guard_.leap(direction_, furthest, enough_voxels, forces_)) return;
+  }
+  leapt_ = false;
+  const double furthest = interpolate_moves(search.box(), &before, *box_, direction_, pool_);
   // As far at a time as folds few cells, so that those between can follow.
   constexpr int kMostParts = 8;
   double left = 1.0;
   for (int part = 0; part < kMostParts && left > 1e-3; ++part) {
-    left -= guard_.advance(direction_, left, furthest, kSettled * search.rms_voxels());
+    left -= guard_.advance(direction_, left, furthest, enough_voxels);
   }
 }
 

@@ -68,6 +68,7 @@ class EquilibriumSearch {
   BoxVectors moves_;      // what multigrid makes of them
   BoxVectors direction_;  // of the next step
   StiffTurns turns_;
+  bool leapt_ = true;  // from half the resolution, and that from half of it
   double step_ = 0.0;
   double furthest_voxels_ = 0.0;  // of a step of 1
   double moves_dot_forces_ = 0.0;

@@ -155,7 +155,7 @@ double FoldCluster::energy(const std::vector<glm::dvec3>& u_mm,
     if (!open.empty() && corners_[i].guarded &&
         closes(open[i], j, kLeftByElement, folds_.least_open(FoldEnergy::cofactors(e))))
       return std::numeric_limits<double>::infinity();
-    sum += corners_[i].kappa * fold_penalty(j).value;
+    sum += corners_[i].kappa * folds_.penalty(j).value;
   }
   for (const Spring& s : springs_) {
     const glm::dvec3 du = u_mm[static_cast<std::size_t>(s.a)] -
@@ -190,7 +190,7 @@ void FoldCluster::add_corners(Newton& newton, bool exact) const {
   for (const Corner& corner : corners_) {
     const glm::dmat3 e = edges(corner, u_mm_);
     const glm::dmat3 by_edges = FoldEnergy::cofactors(e);
-    const FoldPenalty penalty = fold_penalty(glm::dot(e[0], by_edges[0]));
+    const FoldPenalty penalty = folds_.penalty(glm::dot(e[0], by_edges[0]));
     if (!(penalty.value > 0.0)) continue;
     // Edge a = ... + shares[n][a] * u of the nth element.
     const std::array<glm::dvec3, 4> shares = {-corner.signs, glm::dvec3(corner.signs.x, 0, 0),

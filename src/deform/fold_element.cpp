@@ -39,7 +39,8 @@ FoldElement::FoldElement(const FoldEnergy& folds, std::int64_t element) : elemen
   });
 }
 
-double FoldElement::move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_mm) const {
+FoldElement::Move FoldElement::move_to_least_energy(const FoldEnergy& folds,
+                                                    BoxVectors& u_mm) const {
   const glm::dvec3 u = at(u_mm, element_);
   const glm::dvec3 voxels_from_mm = 1.0 / folds.box().spacing_mm();
   glm::dvec3 gradient(0.0);
@@ -76,6 +77,7 @@ double FoldElement::move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_
   std::array<glm::dvec3, 32> slopes;  // of J, by the element's position
   std::array<double, 32> open;        // J
   std::array<double, 32> least_open;
+  Move result;
   const std::size_t corners = corners_.size();
   for (std::size_t i = 0; i < corners; ++i) {
     const CornerHere& c = corners_[i];
@@ -89,7 +91,8 @@ double FoldElement::move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_
     open[i] = glm::dot(edges[0], by_edges[0]);
     least_open[i] = folds.least_open(by_edges);
     slopes[i] = (by_edges * c.shares) * voxels_from_mm;
-    const FoldPenalty penalty = fold_penalty(open[i]);
+    result.in_wall = result.in_wall || open[i] < kFoldWall * kFoldReach;
+    const FoldPenalty penalty = folds.penalty(open[i]);
     if (!(penalty.value > 0.0)) continue;
     energy += c.kappa * penalty.value;
     gradient += c.kappa * penalty.slope / kFoldReach * slopes[i];
@@ -97,7 +100,7 @@ double FoldElement::move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_
   }
   const glm::dmat3 hessian(h[0], h[1], h[2], h[1], h[3], h[4], h[2], h[4], h[5]);
   const double volume = glm::determinant(hessian);
-  if (!(volume > 0.0) || !std::isfinite(volume)) return 0.0;
+  if (!(volume > 0.0) || !std::isfinite(volume)) return result;
   const glm::dvec3 full = -(glm::inverse(hessian) * gradient);
   double share = 1.0;
   for (int attempt = 0; attempt < 12; ++attempt, share *= 0.5) {
@@ -107,7 +110,7 @@ double FoldElement::move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_
     for (std::size_t i = 0; i < corners && !closed; ++i) {
       const double j = open[i] + glm::dot(slopes[i], move);
       closed = corners_[i].guarded && closes(open[i], j, kLeftByElement, least_open[i]);
-      moved_energy += corners_[i].kappa * fold_penalty(j).value;
+      moved_energy += corners_[i].kappa * folds.penalty(j).value;
     }
     if (closed) continue;
     for (const SpringHere& s : springs_) {
@@ -121,9 +124,10 @@ double FoldElement::move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_
     for (int c = 0; c < 3; ++c) {
       u_mm[static_cast<std::size_t>(c)][element_] = static_cast<float>(u[c] + move[c]);
     }
-    return glm::length(move * voxels_from_mm);
+    result.voxels = glm::length(move * voxels_from_mm);
+    break;
   }
-  return 0.0;
+  return result;
 }
 
 }  // namespace maille

@@ -19,9 +19,13 @@ class FoldElement {
 
   // From 0 to 7; elements of one color have no spring or corner in common.
   int color() const { return color_; }
-  // One step, shortened until the energy does not rise. Returns how far it moved, in voxels. Writes
-  // u_mm of this element and reads that of its neighbours.
-  double move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_mm) const;
+  struct Move {
+    double voxels = 0.0;
+    bool in_wall = false;  // of a corner, before it
+  };
+  // One step, shortened until the energy does not rise. Writes u_mm of this element and reads that
+  // of its neighbours.
+  Move move_to_least_energy(const FoldEnergy& folds, BoxVectors& u_mm) const;
 
  private:
   struct SpringHere {

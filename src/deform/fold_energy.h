@@ -36,13 +36,16 @@ inline constexpr double kFoldWall = 1.0 / 3.0;
 inline constexpr double kFoldFloor = 1.0 / 3000.0;
 
 // E / kappa and its derivatives by J / J0. Straight below the floor, and not steep: what ChainMail
-// left folded would else outweigh all that is not.
+// left folded would else outweigh all that is not. Steeper while what a leap has folded is opened:
+// a cell that is folded is as good a rest for springs as one that is not.
+inline constexpr double kFoldedSlope = 2.0;
+inline constexpr double kOpeningSlope = 8.0;
 struct FoldPenalty {
   double value = 0.0;
   double slope = 0.0;
   double curvature = 0.0;
 };
-inline FoldPenalty fold_penalty(double determinant) {
+inline FoldPenalty fold_penalty(double determinant, double folded_slope = kFoldedSlope) {
   const double q = determinant / kFoldReach;
   if (q >= 1.0) return {};
   const double at = std::max(q, kFoldFloor);
@@ -55,7 +58,9 @@ inline FoldPenalty fold_penalty(double determinant) {
     penalty.curvature += (-2.0 * log + 4.0 * (1.0 - s) / s + (1.0 - s) * (1.0 - s) / (s * s)) /
                          (kFoldWall * kFoldWall);
   }
-  if (q < kFoldFloor) return {penalty.value + 2.0 * (kFoldFloor - q), -2.0, 0.0};
+  if (q < kFoldFloor) {
+    return {penalty.value + folded_slope * (kFoldFloor - q), -folded_slope, 0.0};
+  }
   return penalty;
 }
 
@@ -136,6 +141,9 @@ class FoldEnergy {
 
   double largest_u_voxels() const { return largest_u_voxels_; }
 
+  FoldPenalty penalty(double determinant) const { return fold_penalty(determinant, folded_slope_); }
+  void set_folded_slope(double slope) { folded_slope_ = slope; }
+
   double determinant(const CellCorner& corner) const;
   // What no step may take the J of an open corner below, by the cofactors of its edges.
   double least_open(const glm::dmat3& by_edges) const {
@@ -174,6 +182,7 @@ class FoldEnergy {
   std::vector<std::int64_t> folded_cells_;
   double largest_u_voxels_;
   double edge_rounding_;  // of an edge between floats, in voxels
+  double folded_slope_ = kFoldedSlope;
 };
 
 }  // namespace maille

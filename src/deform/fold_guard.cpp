@@ -19,7 +19,12 @@ namespace {
 constexpr double kNear = 1.05 * kFoldReach;
 // Of J of floats, a product of three edges, in units of the longest edge cubed.
 constexpr double kDeterminantRounding = 16 * 0x1p-24;
+// Two sweeps of a step are enough (more cost time and no fewer steps are taken, 2 to 20 measured)
+// but where a pull has made a knot, of which a good part is in walls: from there no step of all
+// leads anywhere that moves one by one do not open first.
+constexpr int kFewSweeps = 2;
 constexpr int kMostSweeps = 20;
+constexpr double kKnot = 0.05;  // of the elements, in walls
 // Of elements in all sweeps of one step, unless two sweeps take more: far from equilibrium many are
 // near folding that will not be for long.
 constexpr std::size_t kMostMoves = 20'000;
@@ -117,14 +122,83 @@ double FoldGuard::advance(const BoxVectors& direction, double step, double furth
     near = find_near(step * furthest_voxels);
   }
   std::vector<std::int64_t> elements = take_back(near, direction, step);
-  for (const CellCorner& corner : near) {
-    for (const std::int64_t e : folds_.elements_of(corner)) elements.push_back(e);
-  }
-  std::erase_if(elements, [&](std::int64_t e) { return !box_.is_free(e); });
+  const std::vector<std::int64_t> others = free_elements_of(near);
+  elements.insert(elements.end(), others.begin(), others.end());
   sort_once(elements);
-  settle(elements, enough_voxels);
+  settle(elements, enough_voxels, false);
   find_bent(near, elements);
   return step;
+}
+
+bool FoldGuard::leap(const BoxVectors& direction, double furthest_voxels, double enough_voxels,
+                     BoxVectors& scratch) {
+  const trace::Span span("leap");
+  for (std::size_t c = 0; c < 3; ++c) scratch[c].take_values_of(box_.u_mm()[c]);
+  add(direction, 1.0);
+  folds_.set_folded_slope(kOpeningSlope);
+  const bool open = open_folded(find_near(furthest_voxels), enough_voxels);
+  folds_.set_folded_slope(kFoldedSlope);
+  if (open) {
+    find_bent(find_near(0.0), {});
+    return true;
+  }
+  std::swap(box_.u_mm(), scratch);
+  for (RowMeasure& row : rows_) row.travelled = -1.0;
+  return false;
+}
+
+// Settles what is near folding, then what is around the corners that are still folded, further
+// around where that opens too few.
+bool FoldGuard::open_folded(std::vector<CellCorner> near, double enough_voxels) {
+  constexpr int kMostRounds = 16;
+  constexpr std::size_t kFew = 8;  // corners: worth opening however slowly
+  constexpr double kStalled = 0.75;
+  std::vector<std::int64_t> elements = free_elements_of(near);
+  int rings = 2;
+  int stalled = 0;
+  std::size_t last = std::numeric_limits<std::size_t>::max();
+  for (int round = 0; round < kMostRounds; ++round) {
+    settle(elements, enough_voxels, true);
+    std::vector<CellCorner> folded = find_near(0.0);
+    std::erase_if(folded, [&](const CellCorner& corner) {
+      const glm::dmat3 edges = folds_.edges(corner);
+      const double least = folds_.least_open(FoldEnergy::cofactors(edges));
+      return !folds_.is_guarded(corner) || glm::determinant(edges) > least;
+    });
+    if (folded.empty()) return true;
+    if (static_cast<double>(folded.size()) > kStalled * static_cast<double>(last)) {
+      ++rings;
+      if (++stalled > 1 && folded.size() > kFew) return false;
+    }
+    last = folded.size();
+    elements = free_elements_of(folded);
+    for (int ring = 0; ring < rings; ++ring) add_neighbours(elements);
+  }
+  return false;
+}
+
+std::vector<std::int64_t> FoldGuard::free_elements_of(
+    const std::vector<CellCorner>& corners) const {
+  std::vector<std::int64_t> elements;
+  for (const CellCorner& corner : corners) {
+    for (const std::int64_t e : folds_.elements_of(corner)) {
+      if (box_.is_free(e)) elements.push_back(e);
+    }
+  }
+  sort_once(elements);
+  return elements;
+}
+
+// Those that are free along the axes.
+void FoldGuard::add_neighbours(std::vector<std::int64_t>& elements) const {
+  const std::size_t count = elements.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int s = 0; s < 6; ++s) {
+      const std::int64_t e = elements[i] + box_.step(s);
+      if (box_.is_free(e)) elements.push_back(e);
+    }
+  }
+  sort_once(elements);
 }
 
 void FoldGuard::add(const BoxVectors& direction, double step) {
@@ -227,7 +301,9 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
   return elements;
 }
 
-void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_voxels) {
+// patiently: with as many sweeps as a knot takes.
+void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_voxels,
+                       bool patiently) {
   if (elements.empty()) return;
   const trace::Span span("elements near folding");
   std::vector<FoldElement> all(elements.size());
@@ -241,20 +317,27 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_
   std::array<std::vector<const FoldElement*>, 8> by_color;
   for (const FoldElement& e : all) by_color[static_cast<std::size_t>(e.color())].push_back(&e);
   const int most_sweeps =
-      std::clamp(static_cast<int>(kMostMoves / elements.size()), 2, kMostSweeps);
+      std::clamp(static_cast<int>(kMostMoves / elements.size()), kFewSweeps, kMostSweeps);
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     double largest = 0.0;
+    std::size_t in_walls = 0;
     for (const auto& color : by_color) {
       // Waking workers takes as long as a hundred elements.
       constexpr std::size_t kPart = 64;
       const std::size_t parts = (color.size() + kPart - 1) / kPart;
-      std::vector<double> moves(parts, 0.0);
+      struct PartMoves {
+        double largest = 0.0;
+        std::size_t in_walls = 0;
+      };
+      std::vector<PartMoves> moves(parts);
       const auto one = [&](std::int64_t part, int) {
         const std::size_t begin = static_cast<std::size_t>(part) * kPart;
         const std::size_t end = std::min(color.size(), begin + kPart);
-        double& move = moves[static_cast<std::size_t>(part)];
+        PartMoves& of_part = moves[static_cast<std::size_t>(part)];
         for (std::size_t i = begin; i < end; ++i) {
-          move = std::max(move, color[i]->move_to_least_energy(folds_, box_.u_mm()));
+          const FoldElement::Move move = color[i]->move_to_least_energy(folds_, box_.u_mm());
+          of_part.largest = std::max(of_part.largest, move.voxels);
+          of_part.in_walls += move.in_wall;
         }
       };
       if (parts <= 2) {
@@ -262,9 +345,14 @@ void FoldGuard::settle(const std::vector<std::int64_t>& elements, double enough_
       } else {
         pool_.for_each(static_cast<std::int64_t>(parts), one);
       }
-      for (const double move : moves) largest = std::max(largest, move);
+      for (const PartMoves& of_part : moves) {
+        largest = std::max(largest, of_part.largest);
+        in_walls += of_part.in_walls;
+      }
     }
     if (largest <= enough_voxels) break;
+    const bool knot = static_cast<double>(in_walls) > kKnot * static_cast<double>(elements.size());
+    if (sweep + 1 >= kFewSweeps && !patiently && !knot) break;
   }
   settle_clusters(elements);
   note_moved(elements);

@@ -6,6 +6,10 @@
 // (Newton's method on three unknowns, springs and corners, never across J = 0), again and again,
 // and those of a small cluster then all together (fold_cluster.h). So the few do not rule the step
 // of all, and what is stiff in them is gone before the next one.
+//
+// A start found at half the resolution is far away, and on a straight way there many cells fold
+// that are open at its end: a leap does not mind the way (2.8 million elements: 0.05 s where six
+// guarded steps take 0.32).
 #pragma once
 
 #include <cstdint>
@@ -28,6 +32,12 @@ class FoldGuard {
   // the digits that corners need.
   double advance(const BoxVectors& direction, double step, double furthest_voxels,
                  double enough_voxels);
+
+  // Adds a direction to the state as a whole, however many corners that folds, and opens those from
+  // there. False where one that was open stays folded: the state is what it was. scratch: of the
+  // box's extent.
+  bool leap(const BoxVectors& direction, double furthest_voxels, double enough_voxels,
+            BoxVectors& scratch);
 
   // Corners with an energy, by rising element.
   const std::vector<CellCorner>& bent() const { return bent_; }
@@ -60,7 +70,10 @@ class FoldGuard {
                         double step) const;
   std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,
                                       const BoxVectors& direction, double step);
-  void settle(const std::vector<std::int64_t>& elements, double enough_voxels);
+  bool open_folded(std::vector<CellCorner> near, double enough_voxels);
+  std::vector<std::int64_t> free_elements_of(const std::vector<CellCorner>& corners) const;
+  void add_neighbours(std::vector<std::int64_t>& elements) const;
+  void settle(const std::vector<std::int64_t>& elements, double enough_voxels, bool patiently);
   void settle_clusters(const std::vector<std::int64_t>& elements);
   void note_moved(const std::vector<std::int64_t>& elements);
   void find_bent(const std::vector<CellCorner>& near, const std::vector<std::int64_t>& moved);

@@ -124,7 +124,7 @@ float SpringBox::mean_compliance(glm::ivec3 at) const {
   return static_cast<float>(std::exp2(logs / count));
 }
 
-double interpolate_moves(const SpringBox& half, const BoxVectors& before, const SpringBox& fine,
+double interpolate_moves(const SpringBox& half, const BoxVectors* before, const SpringBox& fine,
                          BoxVectors& moves, WorkerPool& pool) {
   const Size3 extent = fine.extent();
   const glm::vec3 voxels_from_mm(1.0 / fine.spacing_mm());
@@ -142,16 +142,23 @@ double interpolate_moves(const SpringBox& half, const BoxVectors& before, const 
           const int half_z = (z + (corner >> 1)) / 2;
           const std::int64_t from = half.element(0, half_y, half_z);
           const float* const now = &half.u_mm()[c][from];
-          const float* const was = &before[c][from];
+          if (!before) {
+            for (std::size_t x = 0; x < between.size(); ++x) between[x] += 0.25f * now[x];
+            continue;
+          }
+          const float* const was = &(*before)[c][from];
           for (std::size_t x = 0; x < between.size(); ++x) between[x] += 0.25f * (now[x] - was[x]);
         }
         float* const to = &moves[c][begin];
+        const float* const here = &fine.u_mm()[c][begin];
         const std::uint8_t* const free = fine.free_flags() + begin;
         for (int x = 0; x < extent.x; ++x) {
           const auto low = static_cast<std::size_t>(x / 2);
           const auto high = static_cast<std::size_t>((x + 1) / 2);
           to[x] = free[x] ? 0.5f * (between[low] + between[high]) : 0.0f;
         }
+        if (before) continue;
+        for (int x = 0; x < extent.x; ++x) to[x] -= free[x] ? here[x] : 0.0f;
       }
       float& most = furthest[static_cast<std::size_t>(z)];
       most = std::max(most, largest_square(&moves[0][begin], &moves[1][begin], &moves[2][begin],

@@ -7,9 +7,10 @@
 namespace maille {
 
 // What the elements of a half-resolution box have moved since they were at `before`, interpolated
-// to the free elements of the fine one; 0 at the others. Returns how far the furthest goes, in fine
+// to the free elements of the fine one; 0 at the others. Without `before`, what takes these to
+// where the half-resolution box says that they are. Returns how far the furthest goes, in fine
 // voxels.
-double interpolate_moves(const SpringBox& half, const BoxVectors& before, const SpringBox& fine,
+double interpolate_moves(const SpringBox& half, const BoxVectors* before, const SpringBox& fine,
                          BoxVectors& moves, WorkerPool& pool);
 
 }  // namespace maille

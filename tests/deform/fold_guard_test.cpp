@@ -189,6 +189,49 @@ TEST(FoldGuard, NeverFoldsWhatIsOpen) {
   }
 }
 
+// A leap that folds cells either opens them all or did not happen.
+TEST(FoldGuard, LeapsOrStaysWhereItWas) {
+  int opened = 0;
+  int stayed = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    ShakenBox shaken(seed, 0.1, seed % 3 == 0, 0.1);
+    ASSERT_GT(least_of(shaken.determinants()), 0.0);
+    FoldGuard guard(shaken.box(), workers());
+    const DisplacementField before = shaken.u_mm();
+    BoxVectors d = shaken.random_direction(seed);
+    const double size = 0.2 + 0.1 * (seed % 10);
+    for (auto& component : d) {
+      for (std::int64_t e = 0; e < voxel_count(shaken.box().extent()); ++e) {
+        component[e] *= static_cast<float>(size);
+      }
+    }
+    shaken.add(1.0, d);
+    const bool folds = least_of(shaken.determinants()) <= 0.0;
+    shaken.add(-1.0, d);
+    const DisplacementField still = shaken.u_mm();
+    BoxVectors scratch = make_box_vectors(shaken.box().extent(), workers());
+    if (guard.leap(d, size * std::sqrt(3.0) / 0.7, 0.0, scratch)) {
+      opened += folds;
+      EXPECT_FALSE(shaken.u_mm() == before) << seed;
+    } else {
+      ++stayed;
+      EXPECT_TRUE(shaken.u_mm() == still) << seed;
+    }
+    // Whatever it measured on its way, it knows the state that it left.
+    for (const double step : {0.0, 0.3}) {
+      guard.advance(d, step, size * std::sqrt(3.0) / 0.7, 0.0);
+      const auto determinants = shaken.determinants();
+      EXPECT_GT(least_of(determinants), 0.0) << seed;
+      EXPECT_EQ(guard.folded(), 0);
+      std::int64_t bent = 0;
+      for (const double j : determinants) bent += j < kFoldReach;
+      EXPECT_EQ(static_cast<std::int64_t>(guard.bent().size()), bent) << seed;
+    }
+  }
+  EXPECT_GT(opened, 0);
+  EXPECT_GT(stayed, 0);
+}
+
 // And from one with folds only fewer are left: no open cell folds, others open again.
 TEST(FoldGuard, LeavesFewerFolds) {
   std::int64_t before = 0;
