@@ -26,6 +26,8 @@
 
 namespace maille {
 
+class CoarseStiffness;
+
 class StiffnessMultigrid {
  public:
   // The box must outlive it; of its state nothing is read. Throws std::bad_alloc.
@@ -40,14 +42,13 @@ class StiffnessMultigrid {
 
  private:
   class Fine;
-  class Coarse;
   class Direct;
 
   void cycle(std::size_t level);
   void solve_level(std::size_t level);
 
   std::unique_ptr<Fine> fine_;
-  std::vector<std::unique_ptr<Coarse>> levels_;  // finer to coarser
+  std::vector<std::unique_ptr<CoarseStiffness>> levels_;  // finer to coarser
   std::unique_ptr<Direct> direct_;
 };
 
