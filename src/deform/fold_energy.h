@@ -142,7 +142,9 @@ class FoldEnergy {
   double largest_u_voxels() const { return largest_u_voxels_; }
 
   FoldPenalty penalty(double determinant) const { return fold_penalty(determinant, folded_slope_); }
+  double folded_slope() const { return folded_slope_; }
   void set_folded_slope(double slope) { folded_slope_ = slope; }
+  double edge_rounding() const { return edge_rounding_; }  // of an edge between floats, in voxels
 
   double determinant(const CellCorner& corner) const;
   // What no step may take the J of an open corner below, by the cofactors of its edges.
@@ -181,7 +183,7 @@ class FoldEnergy {
   double area_mm2_;             // the cell's volume to the power of 2/3
   std::vector<std::int64_t> folded_cells_;
   double largest_u_voxels_;
-  double edge_rounding_;  // of an edge between floats, in voxels
+  double edge_rounding_;
   double folded_slope_ = kFoldedSlope;
 };
 

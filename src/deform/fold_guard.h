@@ -53,6 +53,9 @@ class FoldGuard {
   };
   std::vector<SpringShare> spring_shares() const;
 
+  // Of the state that the guard was made with.
+  double largest_u_voxels() const { return folds_.largest_u_voxels(); }
+
   // Corners that are folded, as they were when the guard was made.
   std::int64_t folded() const { return folded_; }
 
@@ -73,7 +76,7 @@ class FoldGuard {
   bool open_folded(std::vector<CellCorner> near, double enough_voxels);
   std::vector<std::int64_t> free_elements_of(const std::vector<CellCorner>& corners) const;
   void add_neighbours(std::vector<std::int64_t>& elements) const;
-  void settle(const std::vector<std::int64_t>& elements, double enough_voxels, bool patiently);
+  void settle(const std::vector<std::int64_t>& elements, double enough_voxels);
   void settle_clusters(const std::vector<std::int64_t>& elements);
   void note_moved(const std::vector<std::int64_t>& elements);
   void find_bent(const std::vector<CellCorner>& near, const std::vector<std::int64_t>& moved);
