@@ -110,8 +110,9 @@ void EquilibriumSearch::start_from_half_resolution() {
   for (int i = 0; i < kMostCycles && search.rms_voxels() > kEnough_voxels; ++i) search.cycle();
   const double enough_voxels = kSettled * search.rms_voxels();
   // Where coarse elements are is a better guess than what they moved by, added to the creases that
-  // ChainMail leaves. But beyond a free face there are none to tell, and a knot does not open.
-  if (search.leapt_ && !box_->may_lack_springs()) {
+  // ChainMail leaves. But beyond a free face there are none to tell, and around cells that are
+  // folded anyway a leap ties knots.
+  if (search.leapt_ && guard_.folded() == 0 && !box_->may_lack_springs()) {
     const double furthest = interpolate_moves(search.box(), nullptr, *box_, direction_, pool_);
     if (guard_.leap(direction_, furthest, enough_voxels, forces_)) return;
   }

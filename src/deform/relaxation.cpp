@@ -26,6 +26,9 @@ constexpr std::int64_t kBytesPerYielded = 12;
 // energy only falls. Nor goes a search on for ever whose energy crawls.
 // One small estimate may be luck; and how fast moves shrink tells more the longer it is watched.
 constexpr int kConfirmed = 2;
+// The estimate may be so many times too small. Around folded cells, where the energy has a kink,
+// small moves go on for ever.
+constexpr double kEstimateIsTrueTo = 3.0;
 constexpr int kPatience = 20;
 constexpr double kEnergyGain = 3e-3;
 constexpr int kMostIterations = 600;
@@ -165,7 +168,7 @@ struct Relaxation::State {
     unpublished = true;
     progress.energy_last = std::min(search->energy(), progress.energy_last);
     const double left = steps_to_come(search->rms_voxels());
-    progress.residual_voxels = left * search->largest_voxels();
+    progress.residual_voxels = std::max(left * search->largest_voxels(), search->rounding_voxels());
     progress.residual_rms_voxels = left * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
     if (progress.residual_voxels < 0.9 * best_residual ||
@@ -179,7 +182,9 @@ struct Relaxation::State {
     } else {
       ++iterations_without_gain;
     }
-    const bool within = progress.residual_voxels <= options.tolerance_voxels;
+    const bool within =
+        progress.residual_voxels <=
+        options.tolerance_voxels / (progress.folded_corners > 0 ? 1.0 : kEstimateIsTrueTo);
     iterations_within = within ? iterations_within + 1 : 0;
     if (iterations_within >= kConfirmed) {
       if (rim_is_pulled() && enlarge()) return;

@@ -65,7 +65,16 @@ StiffTurns::StiffTurns(const SpringBox& box, StiffnessMultigrid& multigrid, BoxV
   if (!parts_.empty()) measure_yielding(multigrid, forces, moves);
 }
 
-// Runs of stiff elements along x, joined where springs may join them.
+// Whether there is a spring by an offset.
+bool StiffTurns::is_joined(std::int64_t element, glm::ivec3 offset) const {
+  for (int s = 0; s < kSprings; ++s) {
+    if (box_.springs()[static_cast<std::size_t>(s)].offset != offset) continue;
+    return box_.stiffness(element, s) > 0.0f;
+  }
+  return false;
+}
+
+// Runs of stiff elements along x, joined where springs join them.
 void StiffTurns::find_parts(float stiff_compliance) {
   const Size3 extent = box_.extent();
   std::vector<Run> runs;
@@ -76,7 +85,8 @@ void StiffTurns::find_parts(float stiff_compliance) {
     const std::int64_t row = r * extent.x;
     for (int x = 0; x < extent.x; ++x) {
       if (!(box_.compliance(row + x) <= stiff_compliance)) continue;
-      if (runs.size() > begins.back() && runs.back().first + runs.back().count == row + x) {
+      if (runs.size() > begins.back() && runs.back().first + runs.back().count == row + x &&
+          is_joined(row + x - 1, {1, 0, 0})) {
         ++runs.back().count;
       } else {
         runs.push_back({row + x, 1});
@@ -90,8 +100,21 @@ void StiffTurns::find_parts(float stiff_compliance) {
     while (through[i] != i) i = through[i] = through[through[i]];
     return i;
   };
-  const auto join_rows = [&](std::int64_t here, std::int64_t there, int reach) {
+  const auto join_rows = [&](glm::ivec2 yz, glm::ivec2 by, int reach) {
+    const std::int64_t here = box_.row(yz[0], yz[1]);
+    const std::int64_t there = box_.row(yz[0] + by[0], yz[1] + by[1]);
     const std::int64_t shift = (here - there) * extent.x;
+    const auto any_spring = [&](const Run& run, const Run& other) {
+      if (!box_.lacks_springs()) return true;
+      for (int x = 0; x < run.count; ++x) {
+        for (int dx = -reach; dx <= reach; ++dx) {
+          const std::int64_t at = run.first + x - shift + dx;
+          if (at < other.first || at >= other.first + other.count) continue;
+          if (is_joined(run.first + x, {dx, by[0], by[1]})) return true;
+        }
+      }
+      return false;
+    };
     std::size_t j = begins[static_cast<std::size_t>(there)];
     const std::size_t end = begins[static_cast<std::size_t>(there) + 1];
     for (std::size_t i = begins[static_cast<std::size_t>(here)];
@@ -100,6 +123,7 @@ void StiffTurns::find_parts(float stiff_compliance) {
       const std::int64_t high = runs[i].first + runs[i].count - 1 - shift + reach;
       while (j < end && runs[j].first + runs[j].count - 1 < low) ++j;
       for (std::size_t k = j; k < end && runs[k].first <= high; ++k) {
+        if (!any_spring(runs[i], runs[k])) continue;
         const auto [first, second] = std::minmax({first_of(i), first_of(k)});
         through[second] = first;
       }
@@ -107,12 +131,11 @@ void StiffTurns::find_parts(float stiff_compliance) {
   };
   for (int z = 0; z < extent.z; ++z) {
     for (int y = 0; y < extent.y; ++y) {
-      const std::int64_t r = box_.row(y, z);
-      if (y > 0) join_rows(r, box_.row(y - 1, z), 1);
+      if (y > 0) join_rows({y, z}, {-1, 0}, 1);
       if (z == 0) continue;
-      join_rows(r, box_.row(y, z - 1), 1);
-      if (y > 0) join_rows(r, box_.row(y - 1, z - 1), 0);
-      if (y + 1 < extent.y) join_rows(r, box_.row(y + 1, z - 1), 0);
+      join_rows({y, z}, {0, -1}, 1);
+      if (y > 0) join_rows({y, z}, {-1, -1}, 0);
+      if (y + 1 < extent.y) join_rows({y, z}, {1, -1}, 0);
     }
   }
   std::map<std::size_t, Part> parts;

@@ -53,6 +53,7 @@ class StiffTurns {
     glm::dvec3 turn{0};       // the last, radians
   };
 
+  bool is_joined(std::int64_t element, glm::ivec3 offset) const;
   void find_parts(float stiff_compliance);
   void measure_yielding(StiffnessMultigrid& multigrid, BoxVectors& forces, BoxVectors& moves);
   glm::dvec3 position_mm(std::int64_t element) const;

@@ -25,8 +25,8 @@ struct StabilityOptions {
   std::uint64_t seed = 1;
   std::vector<std::string> groups;  // of the sweep; none: all
   double tolerance_voxels = 0.01;
-  std::int64_t most_iterations = 300;
-  double most_seconds = 2.0;  // of one relaxation
+  std::int64_t most_iterations = 1000;
+  double most_seconds = 5.0;  // of one relaxation
   std::function<void(const std::string&)> progress = [](const std::string&) {};
 };
 
