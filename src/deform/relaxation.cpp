@@ -17,9 +17,11 @@
 namespace maille {
 namespace {
 
-// What a free element takes: four vectors, flags, materials, and the coarser levels; one more
-// vector where material has yielded.
+// What a free element takes: four vectors, flags and the coarser levels; stiffness, blend and what
+// smoothing needs of them where there are several materials; one more vector where material has
+// yielded.
 constexpr std::int64_t kBytesPerElement = 64;
+constexpr std::int64_t kBytesOfMaterials = 10;
 constexpr std::int64_t kBytesPerYielded = 12;
 // Where in so many iterations neither estimate has fallen by a tenth, nor the energy by this share,
 // nor has a corner unfolded, they will not. Far from equilibrium estimates rise and fall while the
@@ -33,8 +35,10 @@ constexpr int kPatience = 20;
 constexpr double kEnergyGain = 3e-3;
 constexpr int kMostIterations = 600;
 
-std::int64_t most_elements(std::int64_t bytes, bool yielded) {
-  return std::max<std::int64_t>(1, bytes / (kBytesPerElement + (yielded ? kBytesPerYielded : 0)));
+std::int64_t most_elements(std::int64_t bytes, bool several_materials, bool yielded) {
+  return std::max<std::int64_t>(
+      1, bytes / (kBytesPerElement + (several_materials ? kBytesOfMaterials : 0) +
+                  (yielded ? kBytesPerYielded : 0)));
 }
 
 }  // namespace
@@ -56,6 +60,7 @@ struct Relaxation::State {
 
   std::unique_ptr<EquilibriumSearch> search;  // of the region; none where nothing is free
   std::vector<glm::dvec3> rim_before;
+  double rim_pull = 0.0;  // voxels, when last looked at
   std::deque<double> rms_lately;
   double best_residual = std::numeric_limits<double>::infinity();
   double best_rms = std::numeric_limits<double>::infinity();
@@ -89,7 +94,8 @@ struct Relaxation::State {
   }
 
   RelaxationRegion region_around(const VoxelBox& box) const {
-    return {box, materials.size(), anchors, most_elements(options.memory_bytes, !kept.at_rest())};
+    return {box, materials.size(), anchors,
+            most_elements(options.memory_bytes, !materials.single_material(), !kept.at_rest())};
   }
 
   void start_search() {
@@ -168,13 +174,15 @@ struct Relaxation::State {
     unpublished = true;
     progress.energy_last = std::min(search->energy(), progress.energy_last);
     const double left = steps_to_come(search->rms_voxels());
-    progress.residual_voxels = std::max(left * search->largest_voxels(), search->rounding_voxels());
+    const double here_voxels =
+        std::max(left * search->largest_voxels(), search->rounding_voxels());
+    progress.residual_voxels = std::max(here_voxels, rim_voxels());
     progress.residual_rms_voxels = left * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
-    if (progress.residual_voxels < 0.9 * best_residual ||
+    if (here_voxels < 0.9 * best_residual ||
         progress.residual_rms_voxels < 0.9 * best_rms || progress.folded_corners < least_folded ||
         progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
-      best_residual = std::min(best_residual, progress.residual_voxels);
+      best_residual = std::min(best_residual, here_voxels);
       best_rms = std::min(best_rms, progress.residual_rms_voxels);
       least_folded = std::min(least_folded, progress.folded_corners);
       best_energy = progress.energy_last;
@@ -183,11 +191,14 @@ struct Relaxation::State {
       ++iterations_without_gain;
     }
     const bool within =
-        progress.residual_voxels <=
+        here_voxels <=
         options.tolerance_voxels / (progress.folded_corners > 0 ? 1.0 : kEstimateIsTrueTo);
     iterations_within = within ? iterations_within + 1 : 0;
     if (iterations_within >= kConfirmed) {
-      if (rim_is_pulled() && enlarge()) return;
+      rim_pull = rim_pull_now();
+      if (rim_pull > options.tolerance_voxels && enlarge()) return;
+      rim_pull = rim_pull_now();
+      progress.residual_voxels = std::max(here_voxels, rim_pull);
       progress.converged = true;
     } else if (!within &&
                (iterations_without_gain >= kPatience || iterations_here >= kMostIterations)) {
@@ -205,9 +216,17 @@ struct Relaxation::State {
     note();
   }
 
-  bool rim_is_pulled() const {
-    return !region.whole() && rim_pull_voxels(search->box(), region.whole_box(), rim_before) >
-                                  options.tolerance_voxels;
+  // Where memory allows no larger a region, its rim is held: that is what was asked for then.
+  double rim_pull_now() const {
+    if (region.whole() || region.limited()) return 0.0;
+    return rim_pull_voxels(search->box(), region.whole_box(), rim_before);
+  }
+
+  // How far what lies beyond the region would go; looked at now and then, for it changes slowly.
+  double rim_voxels() {
+    constexpr int kEvery = 4;
+    if (iterations_here % kEvery == 0) rim_pull = rim_pull_now();
+    return rim_pull;
   }
 
   bool enlarge() {
