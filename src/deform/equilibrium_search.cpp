@@ -63,7 +63,7 @@ EquilibriumSearch::EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool&
       guard_(*box_, pool),
       forces_(make_box_vectors(box_->extent(), pool)),
       moves_(make_box_vectors(box_->extent(), pool)),
-      direction_(make_box_vectors(box_->extent(), pool)),
+      direction_(make_box_direction(box_->extent(), pool)),
       turns_(*box_, multigrid_, forces_, moves_),
       share_of_corners_(kLeastOfCorners) {
   energy_at_start_ = spring_energy() + guard_.energy();
@@ -113,16 +113,16 @@ void EquilibriumSearch::start_from_half_resolution() {
   // ChainMail leaves. But beyond a free face there are none to tell, and around cells that are
   // folded anyway a leap ties knots.
   if (search.leapt_ && guard_.folded() == 0 && !box_->may_lack_springs()) {
-    const double furthest = interpolate_moves(search.box(), nullptr, *box_, direction_, pool_);
-    if (guard_.leap(direction_, furthest, enough_voxels, forces_)) return;
+    const double furthest = interpolate_moves(search.box(), nullptr, *box_, moves_, pool_);
+    if (guard_.leap(moves_, furthest, enough_voxels, forces_)) return;
   }
   leapt_ = false;
-  const double furthest = interpolate_moves(search.box(), &before, *box_, direction_, pool_);
+  const double furthest = interpolate_moves(search.box(), &before, *box_, moves_, pool_);
   // As far at a time as folds few cells, so that those between can follow.
   constexpr int kMostParts = 8;
   double left = 1.0;
   for (int part = 0; part < kMostParts && left > 1e-3; ++part) {
-    left -= guard_.advance(direction_, left, furthest, enough_voxels);
+    left -= guard_.advance(moves_, left, furthest, enough_voxels);
   }
 }
 
@@ -205,14 +205,26 @@ void EquilibriumSearch::aim(bool first) {
 // direction = moves + keep * direction; returns its dot product with the forces.
 double EquilibriumSearch::turn(float keep) {
   const trace::Span span("direction");
-  return over_rows<1>(1, [&](const SpringRun& run, auto& sums) {
+  const glm::vec3 voxels_from_mm(1.0 / box_->spacing_mm());
+  const std::int64_t plane = static_cast<std::int64_t>(box_->extent().x) * box_->extent().y;
+  std::vector<float> furthest(static_cast<std::size_t>(box_->extent().z), 0.0f);
+  const double slope = over_rows<1>(1, [&](const SpringRun& run, auto& sums) {
+    RunVectors kept;
+    float* const parts[3] = {kept.x, kept.y, kept.z};
     for (std::size_t c = 0; c < 3; ++c) {
       const float* const from = &moves_[c][run.first];
-      float* const to = &direction_[c][run.first];
-      for (int x = 0; x < run.count; ++x) to[x] = from[x] + keep * to[x];
+      Bfloat16* const to = &direction_[c][run.first];
+      for (int x = 0; x < run.count; ++x) {
+        to[x] = Bfloat16(from[x] + keep * static_cast<float>(to[x]));
+      }
+      for (int x = 0; x < run.count; ++x) parts[c][x] = static_cast<float>(to[x]);
+      sums[0] += dot_of_run(parts[c], &forces_[c][run.first], run.count);
     }
-    sums[0] += dot(direction_, forces_, run);
+    float& most = furthest[static_cast<std::size_t>(run.first / plane)];
+    most = std::max(most, largest_square(kept.x, kept.y, kept.z, voxels_from_mm, run.count));
   })[0];
+  furthest_voxels_ = std::sqrt(double{*std::max_element(furthest.begin(), furthest.end())});
+  return slope;
 }
 
 void EquilibriumSearch::measure(double slope, double moves_squared, bool first) {
@@ -262,26 +274,14 @@ void EquilibriumSearch::estimate(double step, double moves_squared) {
   step = std::max(step, kShortestStep);
   const glm::dvec3 voxels_from_mm = 1.0 / box_->spacing_mm();
   const Size3 extent = box_->extent();
-  struct Largest {
-    double move = 0.0;
-    double direction = 0.0;
-  };
-  std::vector<Largest> parts(static_cast<std::size_t>(extent.z));
+  std::vector<double> largest(static_cast<std::size_t>(extent.z));
   pool_.for_each(extent.z, [&](std::int64_t plane, int) {
     const std::int64_t begin = plane * extent.x * extent.y;
-    const auto largest = [&](const BoxVectors& v) {
-      return std::sqrt(double{largest_square(&v[0][begin], &v[1][begin], &v[2][begin],
-                                             glm::vec3(voxels_from_mm), extent.x * extent.y)});
-    };
-    parts[static_cast<std::size_t>(plane)] = {largest(moves_), largest(direction_)};
+    largest[static_cast<std::size_t>(plane)] =
+        double{largest_square(&moves_[0][begin], &moves_[1][begin], &moves_[2][begin],
+                              glm::vec3(voxels_from_mm), extent.x * extent.y)};
   });
-  Largest all;
-  for (const Largest& part : parts) {
-    all.move = std::max(all.move, part.move);
-    all.direction = std::max(all.direction, part.direction);
-  }
-  furthest_voxels_ = all.direction;
-  largest_voxels_ = step * all.move;
+  largest_voxels_ = step * std::sqrt(*std::max_element(largest.begin(), largest.end()));
   const double mm = std::sqrt(moves_squared / static_cast<double>(box_->free_elements()));
   rms_voxels_ = step * mm * std::cbrt(voxels_from_mm.x * voxels_from_mm.y * voxels_from_mm.z);
 }

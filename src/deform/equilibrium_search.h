@@ -69,8 +69,8 @@ class EquilibriumSearch {
   StiffnessMultigrid multigrid_;
   FoldGuard guard_;
   BoxVectors forces_;
-  BoxVectors moves_;      // what multigrid makes of them
-  BoxVectors direction_;  // of the next step
+  BoxVectors moves_;        // what multigrid makes of them
+  BoxDirection direction_;  // of the next step
   StiffTurns turns_;
   bool leapt_ = true;  // from half the resolution, and that from half of it
   double step_ = 0.0;

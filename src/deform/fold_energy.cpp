@@ -45,27 +45,6 @@ bool FoldEnergy::counts(const CellCorner& corner) const {
   return true;
 }
 
-namespace {
-
-glm::dvec3 at(const BoxVectors& v, std::int64_t e) {
-  return {double{v[0][e]}, double{v[1][e]}, double{v[2][e]}};
-}
-
-}  // namespace
-
-glm::dmat3 FoldEnergy::edges_of(const CellCorner& corner, const BoxVectors& direction) const {
-  const auto elements = elements_of(corner);
-  glm::dmat3 edges;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double sign = (corner.signs >> axis) & 1 ? -1.0 : 1.0;
-    edges[axis] =
-        sign *
-        (at(direction, elements[static_cast<std::size_t>(axis + 1)]) - at(direction, elements[0])) /
-        box_.spacing_mm();
-  }
-  return edges;
-}
-
 glm::dmat3 FoldEnergy::edges(const CellCorner& corner) const {
   return glm::dmat3(1.0) + edges_of(corner, box_.u_mm());
 }
@@ -115,7 +94,7 @@ void FoldEnergy::add_forces(const CellCorner& corner, BoxVectors& forces) const 
   }
 }
 
-double FoldEnergy::curvature(const CellCorner& corner, const BoxVectors& direction) const {
+double FoldEnergy::curvature(const CellCorner& corner, const BoxDirection& direction) const {
   const glm::dmat3 e = edges(corner);
   const FoldPenalty penalty = fold_penalty(glm::determinant(e));
   if (!(penalty.value > 0.0)) return 0.0;

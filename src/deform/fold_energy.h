@@ -85,6 +85,12 @@ struct CellCorner {
   auto operator<=>(const CellCorner&) const = default;
 };
 
+template <class T>
+glm::dvec3 at_element(const std::array<BoxArray<T>, 3>& v, std::int64_t e) {
+  return {double{static_cast<float>(v[0][e])}, double{static_cast<float>(v[1][e])},
+          double{static_cast<float>(v[2][e])}};
+}
+
 // Three edges at a corner as functions of the four elements there; edges point upwards.
 class FoldEnergy {
  public:
@@ -155,7 +161,19 @@ class FoldEnergy {
 
   // Columns: edge a over the spacing along a, in units of the cell at rest; row c: component c.
   glm::dmat3 edges(const CellCorner& corner) const;
-  glm::dmat3 edges_of(const CellCorner& corner, const BoxVectors& direction) const;
+  template <class T>
+  glm::dmat3 edges_of(const CellCorner& corner, const std::array<BoxArray<T>, 3>& direction) const {
+    const auto elements = elements_of(corner);
+    glm::dmat3 edges;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double sign = (corner.signs >> axis) & 1 ? -1.0 : 1.0;
+      edges[axis] = sign *
+                    (at_element(direction, elements[static_cast<std::size_t>(axis + 1)]) -
+                     at_element(direction, elements[0])) /
+                    box_.spacing_mm();
+    }
+    return edges;
+  }
   static glm::dmat3 cofactors(const glm::dmat3& e) {
     return {glm::cross(e[1], e[2]), glm::cross(e[2], e[0]), glm::cross(e[0], e[1])};
   }
@@ -165,7 +183,7 @@ class FoldEnergy {
   // Adds -dE/du to the forces of the free elements among the four.
   void add_forces(const CellCorner& corner, BoxVectors& forces) const;
   // d . H d along a direction.
-  double curvature(const CellCorner& corner, const BoxVectors& direction) const;
+  double curvature(const CellCorner& corner, const BoxDirection& direction) const;
 
   // The share of an edge that moves with an element of the corner: edge a = ... + share[a] * u.
   glm::dvec3 shares(const CellCorner& corner, std::int64_t element) const;

@@ -32,10 +32,6 @@ constexpr double kFurther = 1.6;
 constexpr int kPlainSweeps = 2;
 constexpr std::size_t kLargestCluster = 200;
 
-glm::dvec3 at(const BoxVectors& v, std::int64_t e) {
-  return {double{v[0][e]}, double{v[1][e]}, double{v[2][e]}};
-}
-
 double largest_component_voxels(const SpringBox& box, WorkerPool& pool) {
   const Size3 extent = box.extent();
   std::vector<float> largest(static_cast<std::size_t>(extent.z));
@@ -105,8 +101,9 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
   return near;
 }
 
-double FoldGuard::advance(const BoxVectors& direction, double step, double furthest_voxels,
-                          double enough_voxels) {
+template <class T>
+double FoldGuard::advance(const std::array<BoxArray<T>, 3>& direction, double step,
+                          double furthest_voxels, double enough_voxels) {
   constexpr double kFurthest = 4.0;
   step = std::min(step, kFurthest * (1.0 + folds_.largest_u_voxels()) / furthest_voxels);
   add(direction, step);
@@ -131,6 +128,8 @@ double FoldGuard::advance(const BoxVectors& direction, double step, double furth
   find_bent(near, elements);
   return step;
 }
+template double FoldGuard::advance(const BoxVectors&, double, double, double);
+template double FoldGuard::advance(const BoxDirection&, double, double, double);
 
 bool FoldGuard::leap(const BoxVectors& direction, double furthest_voxels, double enough_voxels,
                      BoxVectors& scratch) {
@@ -203,7 +202,8 @@ void FoldGuard::add_neighbours(std::vector<std::int64_t>& elements) const {
   sort_once(elements);
 }
 
-void FoldGuard::add(const BoxVectors& direction, double step) {
+template <class T>
+void FoldGuard::add(const std::array<BoxArray<T>, 3>& direction, double step) {
   const Size3 extent = box_.extent();
   const auto by = static_cast<float>(step);
   pool_.for_each(extent.z, [&](std::int64_t plane, int) {
@@ -211,14 +211,15 @@ void FoldGuard::add(const BoxVectors& direction, double step) {
     const std::int64_t count = std::int64_t{extent.x} * extent.y;
     for (std::size_t c = 0; c < 3; ++c) {
       float* const u = &box_.u_mm()[c][begin];
-      const float* const d = &direction[c][begin];
-      for (std::int64_t i = 0; i < count; ++i) u[i] += by * d[i];
+      const T* const d = &direction[c][begin];
+      for (std::int64_t i = 0; i < count; ++i) u[i] += by * static_cast<float>(d[i]);
     }
   });
 }
 
-std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const BoxVectors& direction,
-                                 double step) const {
+template <class T>
+std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near,
+                                 const std::array<BoxArray<T>, 3>& direction, double step) const {
   return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
     if (!folds_.is_guarded(corner)) return false;
     const glm::dmat3 now = folds_.edges(corner);
@@ -230,8 +231,10 @@ std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const BoxV
 
 // Halves the step of the elements of corners that it closed; after a few halvings none of it is
 // left. Returns them.
+template <class T>
 std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& near,
-                                               const BoxVectors& direction, double step) {
+                                               const std::array<BoxArray<T>, 3>& direction,
+                                               double step) {
   constexpr std::array<double, 6> kShares = {1.0, 0.5, 0.25, 0.125, 0.0625, 0.0};
   std::vector<std::pair<std::int64_t, int>> taken_back;  // element and how often, by element
   const auto times = [&](std::int64_t e) {
@@ -246,9 +249,9 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
       const double sign = (corner.signs >> axis) & 1 ? -1.0 : 1.0;
       const std::int64_t other = elements[static_cast<std::size_t>(axis + 1)];
       const glm::dvec3 moved =
-          step *
-          (kShares[static_cast<std::size_t>(times(other))] * at(direction, other) -
-           kShares[static_cast<std::size_t>(times(elements[0]))] * at(direction, elements[0]));
+          step * (kShares[static_cast<std::size_t>(times(other))] * at_element(direction, other) -
+                  kShares[static_cast<std::size_t>(times(elements[0]))] *
+                      at_element(direction, elements[0]));
       edges[axis] -= sign * moved / box_.spacing_mm();
     }
     return glm::determinant(edges);
@@ -279,7 +282,8 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
       const double off =
           kShares[static_cast<std::size_t>(n)] - kShares[static_cast<std::size_t>(n + 1)];
       for (std::size_t c = 0; c < 3; ++c) {
-        box_.u_mm()[c][e] -= static_cast<float>(step * off * double{direction[c][e]});
+        box_.u_mm()[c][e] -=
+            static_cast<float>(step * off * double{static_cast<float>(direction[c][e])});
       }
       while (old != taken_back.end() && old->first < e) merged.push_back(*old++);
       if (old != taken_back.end() && old->first == e) ++old;
@@ -426,7 +430,7 @@ void FoldGuard::add_forces(BoxVectors& forces) const {
   for (const CellCorner& corner : bent_) folds_.add_forces(corner, forces);
 }
 
-double FoldGuard::curvature(const BoxVectors& direction) const {
+double FoldGuard::curvature(const BoxDirection& direction) const {
   double sum = 0.0;
   for (const CellCorner& corner : bent_) sum += folds_.curvature(corner, direction);
   return sum;

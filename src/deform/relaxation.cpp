@@ -174,13 +174,12 @@ struct Relaxation::State {
     unpublished = true;
     progress.energy_last = std::min(search->energy(), progress.energy_last);
     const double left = steps_to_come(search->rms_voxels());
-    const double here_voxels =
-        std::max(left * search->largest_voxels(), search->rounding_voxels());
+    const double here_voxels = std::max(left * search->largest_voxels(), search->rounding_voxels());
     progress.residual_voxels = std::max(here_voxels, rim_voxels());
     progress.residual_rms_voxels = left * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
-    if (here_voxels < 0.9 * best_residual ||
-        progress.residual_rms_voxels < 0.9 * best_rms || progress.folded_corners < least_folded ||
+    if (here_voxels < 0.9 * best_residual || progress.residual_rms_voxels < 0.9 * best_rms ||
+        progress.folded_corners < least_folded ||
         progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
       best_residual = std::min(best_residual, here_voxels);
       best_rms = std::min(best_rms, progress.residual_rms_voxels);
@@ -190,9 +189,8 @@ struct Relaxation::State {
     } else {
       ++iterations_without_gain;
     }
-    const bool within =
-        here_voxels <=
-        options.tolerance_voxels / (progress.folded_corners > 0 ? 1.0 : kEstimateIsTrueTo);
+    const bool within = here_voxels <= options.tolerance_voxels /
+                                           (progress.folded_corners > 0 ? 1.0 : kEstimateIsTrueTo);
     iterations_within = within ? iterations_within + 1 : 0;
     if (iterations_within >= kConfirmed) {
       rim_pull = rim_pull_now();

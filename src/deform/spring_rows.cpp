@@ -28,10 +28,15 @@ struct Inputs {
 
 // A direction from the state.
 struct Way {
-  const float* x;
-  const float* y;
-  const float* z;
+  const Bfloat16* x;
+  const Bfloat16* y;
+  const Bfloat16* z;
 };
+
+// In a loop of its own: halves beside floats would be taken 32 at a time, and many rows end first.
+[[gnu::always_inline]] inline void widen(const Bfloat16* from, int count, float* to) {
+  for (int x = 0; x < count; ++x) to[x] = static_cast<float>(from[x]);
+}
 
 Inputs inputs_of(const SpringBox& box, const SpringRun& run) {
   const bool plain = run.kind == RowKind::plain;
@@ -142,9 +147,12 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld, bool kKeeps>
   const float* const u_x = in.u_x;
   const float* const u_y = in.u_y;
   const float* const u_z = in.u_z;
-  const float* const d_x = way.x;
-  const float* const d_y = way.y;
-  const float* const d_z = way.z;
+  float d_x[kLongestRun];
+  float d_y[kLongestRun];
+  float d_z[kLongestRun];
+  widen(way.x, in.count, d_x);
+  widen(way.y, in.count, d_y);
+  widen(way.z, in.count, d_z);
   const float one = 1.0f / in.one_compliance;
   float energy[kLongestRun + kLanes] = {};
   float curvature[kLongestRun + kLanes] = {};
@@ -167,9 +175,12 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld, bool kKeeps>
     const float rest_y = spring.rest_mm.y;
     const float rest_z = spring.rest_mm.z;
     const float length_mm = spring.length_mm;
-    const float* const other_d_x = d_x + j;
-    const float* const other_d_y = d_y + j;
-    const float* const other_d_z = d_z + j;
+    float other_d_x[kLongestRun];
+    float other_d_y[kLongestRun];
+    float other_d_z[kLongestRun];
+    widen(way.x + j, in.count, other_d_x);
+    widen(way.y + j, in.count, other_d_y);
+    widen(way.z + j, in.count, other_d_z);
     [[maybe_unused]] float any_free[kLongestRun];
     if constexpr (kSomeHeld) {
       // A loop of its own: bytes beside floats would be taken 64 at a time, and most rows end
@@ -411,7 +422,7 @@ void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& force
   forces_blended(in, box.springs(), box.steps(), forces);
 }
 
-SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVectors& direction) {
+SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxDirection& direction) {
   const Inputs in = inputs_of(box, run);
   const Way d{&direction[0][run.first], &direction[1][run.first], &direction[2][run.first]};
   if (in.kept_x) {
@@ -425,7 +436,7 @@ SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVect
   return sums_blended(in, box.springs(), box.steps(), d, free);
 }
 
-double spring_bound(const SpringBox& box, const SpringRun& run, const BoxVectors& direction) {
+double spring_bound(const SpringBox& box, const SpringRun& run, const BoxDirection& direction) {
   double sum = 0.0;
   for (int s = 0; s < kSprings; s += 2) {
     float k[kLongestRun];
@@ -434,7 +445,8 @@ double spring_bound(const SpringBox& box, const SpringRun& run, const BoxVectors
     for (int x = 0; x < run.count; ++x) {
       const std::int64_t i = run.first + x;
       for (const auto& d : direction) {
-        const double along = double{d[i]} - double{d[i + step]};
+        const double along =
+            double{static_cast<float>(d[i])} - double{static_cast<float>(d[i + step])};
         sum += double{k[x]} * along * along;
       }
     }

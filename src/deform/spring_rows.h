@@ -49,9 +49,9 @@ struct SpringSums {
   double energy = 0.0;     // stiffness * mm^2
   double curvature = 0.0;  // d . H d
 };
-SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxVectors& direction);
+SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxDirection& direction);
 // The sum of k |d_i - d_j|^2 over the same springs, which no curvature exceeds at any stretch.
-double spring_bound(const SpringBox& box, const SpringRun& run, const BoxVectors& direction);
+double spring_bound(const SpringBox& box, const SpringRun& run, const BoxDirection& direction);
 
 // The largest x^2 + y^2 + z^2 of a run of vectors, each component scaled first.
 float largest_square(const float* x, const float* y, const float* z, glm::vec3 scale, int count);

@@ -50,10 +50,14 @@ class RowScene {
                                                        scene_.held, scene_.anchors, &scene_.kept},
                                     free_, workers());
     direction_ = make_box_vectors(box_->extent(), workers());
+    way_ = make_box_direction(box_->extent(), workers());
     std::uniform_real_distribution<float> along(-1, 1);
     for_each_voxel(free_.size(), [&](VoxelIndex v) {
       const std::int64_t e = box_->element(v + free_.lo);
-      for (auto& d : direction_) d[e] = box_->is_free(e) ? along(random) : 0.0f;
+      for (std::size_t c = 0; c < 3; ++c) {
+        way_[c][e] = Bfloat16(box_->is_free(e) ? along(random) : 0.0f);
+        direction_[c][e] = static_cast<float>(way_[c][e]);
+      }
     });
   }
 
@@ -61,6 +65,7 @@ class RowScene {
   const SpringBox& box() const { return *box_; }
   SpringBox& box() { return *box_; }
   const BoxVectors& direction() const { return direction_; }
+  const BoxDirection& way() const { return way_; }  // the same
 
   std::size_t element_of_volume(std::int64_t e) const {
     const Size3 extent = box_->extent();
@@ -106,6 +111,7 @@ class RowScene {
   VoxelBox free_;
   std::unique_ptr<SpringBox> box_;
   BoxVectors direction_;
+  BoxDirection way_;
 };
 
 // Calls f(run) for all rows, without the outermost `margin` elements.

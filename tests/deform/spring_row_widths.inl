@@ -66,8 +66,8 @@ TEST(MAILLE_OF_WIDTH(SpringRowsOf), SameBitsAsTheLoadersChoice) {
       spring_forces(box, run, theirs);
       ASSERT_TRUE(same_bits(mine, theirs, run.count)) << "forces";
 
-      const SpringSums a = MAILLE_OF_WIDTH(spring_sums)(box, run, scene.direction());
-      const SpringSums b = spring_sums(box, run, scene.direction());
+      const SpringSums a = MAILLE_OF_WIDTH(spring_sums)(box, run, scene.way());
+      const SpringSums b = spring_sums(box, run, scene.way());
       ASSERT_TRUE(a.energy == b.energy && a.curvature == b.curvature) << "sums";
 
       const float* const d = &scene.direction()[0][run.first];

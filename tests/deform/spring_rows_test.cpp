@@ -66,10 +66,10 @@ TEST_P(SpringRows, SumsAreThoseOfEachSpring) {
   SpringSums sums;
   double bound_of_rows = 0.0;
   for_each_row_of(scene.box(), 0, [&](const SpringRun& run) {
-    const SpringSums part = spring_sums(scene.box(), run, scene.direction());
+    const SpringSums part = spring_sums(scene.box(), run, scene.way());
     sums.energy += part.energy;
     sums.curvature += part.curvature;
-    bound_of_rows += spring_bound(scene.box(), run, scene.direction());
+    bound_of_rows += spring_bound(scene.box(), run, scene.way());
   });
   EXPECT_NEAR(sums.energy, energy, 2e-6 * energy);
   EXPECT_NEAR(bound_of_rows, bound, 2e-6 * bound);
