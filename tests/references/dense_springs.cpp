@@ -148,7 +148,9 @@ DenseSprings::DenseSprings(const SpringProblem& problem, WorkerPool& pool)
   held_ = problem.held;
   held_.resize(count);
   springs_.resize(count);
+  std::vector<std::uint32_t> forward;
   for (int backward = 0; backward < 2; ++backward) {
+    forward = springs_;
     for_each_layer([&](int z) {
       for (int y = 0; y < size.y; ++y) {
         for (int x = 0; x < size.x; ++x) {
@@ -158,7 +160,7 @@ DenseSprings::DenseSprings(const SpringProblem& problem, WorkerPool& pool)
             if (!backward) {
               if (spring_left(i, at, kOffsets[s])) springs_[i] |= 1u << s;
             } else if (const VoxelIndex from = at - kOffsets[s]; contains(size, from)) {
-              if ((springs_[element_of(from, size)] >> s) & 1) springs_[i] |= 1u << (kForward + s);
+              if ((forward[element_of(from, size)] >> s) & 1) springs_[i] |= 1u << (kForward + s);
             }
           }
         }
