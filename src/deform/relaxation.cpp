@@ -200,6 +200,9 @@ struct Relaxation::State {
       progress.converged = true;
     } else if (!within &&
                (iterations_without_gain >= kPatience || iterations_here >= kMostIterations)) {
+      // A knot may never come to rest; what lies further out has no part in that.
+      rim_pull = rim_pull_now();
+      if (rim_pull > options.tolerance_voxels && enlarge()) return;
       progress.no_nearer = true;
     }
     if (progress.finished() && held_after_flow) flow();
