@@ -3,7 +3,8 @@
 // Newton's method on three unknowns, what is around an element held: its springs and the corners
 // that it is part of (fold_energy.h), gathered once for many moves. No move closes an open corner.
 // Eight at a time, one in each lane of a vector of doubles, because a hard pull makes thousands of
-// moves a step: 0.2 us each where one element alone takes 0.8.
+// moves a step (131,606 elements, 565 of them near folding: 7.4 ms a cycle where one element at a
+// time took 12.2).
 #pragma once
 
 #include <array>
@@ -18,7 +19,6 @@ namespace maille {
 class FoldBatch {
  public:
   static constexpr int kLanes = 8;
-  // Vectors must be told to lie where the widest instructions want them.
   using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
   using LaneMask = long long __attribute__((vector_size(kLanes * sizeof(double))));
 

@@ -9,14 +9,6 @@
 #include <numeric>
 
 namespace maille {
-namespace {
-
-glm::dvec3 at(const BoxVectors& v, std::int64_t e) {
-  return {double{v[0][e]}, double{v[1][e]}, double{v[2][e]}};
-}
-
-}  // namespace
-
 std::vector<std::vector<std::int64_t>> connected_elements(const std::vector<std::int64_t>& elements,
                                                           Size3 extent) {
   // Each element's part by the first of its elements, found through others of the part.
@@ -74,7 +66,7 @@ FoldCluster::FoldCluster(const FoldEnergy& folds, std::vector<std::int64_t> elem
       voxels_from_mm_(1.0 / folds.box().spacing_mm()),
       elements_(std::move(elements)) {
   u_mm_.reserve(elements_.size());
-  for (const std::int64_t e : elements_) u_mm_.push_back(at(folds_.box().u_mm(), e));
+  for (const std::int64_t e : elements_) u_mm_.push_back(at_element(folds_.box().u_mm(), e));
   gather_springs();
   gather_corners();
 }
@@ -99,7 +91,7 @@ void FoldCluster::gather_springs() {
       const glm::dvec3 kept_mm = box.kept_mm(e, s);
       const glm::dvec3 rest_mm = glm::dvec3(spring.rest_mm) + kept_mm;
       const double length_mm = box.keeps() ? glm::length(rest_mm) : double{spring.length_mm};
-      springs_.push_back({static_cast<int>(i), b, at(box.u_mm(), other), rest_mm, kept_mm,
+      springs_.push_back({static_cast<int>(i), b, at_element(box.u_mm(), other), rest_mm, kept_mm,
                           length_mm, k * (1.0 - blend), k * blend});
     }
   }
@@ -125,7 +117,7 @@ void FoldCluster::gather_corners() {
         any = any || here.at[n] >= 0;
       }
       if (!any) continue;
-      for (std::size_t n = 0; n < 4; ++n) here.held_mm[n] = at(box.u_mm(), elements[n]);
+      for (std::size_t n = 0; n < 4; ++n) here.held_mm[n] = at_element(box.u_mm(), elements[n]);
       for (int axis = 0; axis < 3; ++axis) here.signs[axis] = (signs >> axis) & 1 ? -1.0 : 1.0;
       here.kappa = folds_.kappa(corner);
       here.guarded = folds_.is_guarded(corner);

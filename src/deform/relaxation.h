@@ -56,8 +56,8 @@ struct RelaxationProgress {
   double residual_rms_voxels = std::numeric_limits<double>::infinity();
   std::int64_t folded_corners = 0;  // that ChainMail left, and are still there
   bool region_limited = false;      // memory did not allow for all that is pulled: its rim holds
-  bool converged = false;           // residual_voxels is within the tolerance
-  bool no_nearer = false;           // not, but nothing gets better any more
+  bool converged = false;  // within the tolerance though the estimate be three times too small
+  bool no_nearer = false;  // not, but nothing gets better any more
   bool finished() const { return converged || no_nearer; }
 };
 

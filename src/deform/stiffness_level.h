@@ -2,6 +2,7 @@
 // held ones around them, and what passes between a level and the next coarser one.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
