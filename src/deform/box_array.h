@@ -11,7 +11,6 @@
 #include "core/aligned_array.h"
 #include "core/parallel.h"
 #include "core/spaces.h"
-#include "deform/bfloat16.h"
 
 namespace maille {
 
@@ -62,15 +61,7 @@ inline BoxVectors make_box_vectors(Size3 extent, WorkerPool& pool) {
   return {BoxArray<float>(extent, pool), BoxArray<float>(extent, pool),
           BoxArray<float>(extent, pool)};
 }
-// A direction to go along: how far is measured on what it is kept as, so 8 bits lose nothing but a
-// little of what made it best.
-using BoxDirection = std::array<BoxArray<Bfloat16>, 3>;
-inline BoxDirection make_box_direction(Size3 extent, WorkerPool& pool) {
-  return {BoxArray<Bfloat16>(extent, pool), BoxArray<Bfloat16>(extent, pool),
-          BoxArray<Bfloat16>(extent, pool)};
-}
-template <class T>
-std::int64_t bytes_of(const std::array<BoxArray<T>, 3>& v) {
+inline std::int64_t bytes_of(const BoxVectors& v) {
   return v[0].bytes() + v[1].bytes() + v[2].bytes();
 }
 

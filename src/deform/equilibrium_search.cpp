@@ -63,7 +63,7 @@ EquilibriumSearch::EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool&
       guard_(*box_, pool),
       forces_(make_box_vectors(box_->extent(), pool)),
       moves_(make_box_vectors(box_->extent(), pool)),
-      direction_(make_box_direction(box_->extent(), pool)),
+      direction_(box_->extent(), pool),
       turns_(*box_, multigrid_, forces_, moves_),
       share_of_corners_(kLeastOfCorners) {
   energy_at_start_ = spring_energy() + guard_.energy();
@@ -206,24 +206,42 @@ void EquilibriumSearch::aim(bool first) {
 double EquilibriumSearch::turn(float keep) {
   const trace::Span span("direction");
   const glm::vec3 voxels_from_mm(1.0 / box_->spacing_mm());
-  const std::int64_t plane = static_cast<std::int64_t>(box_->extent().x) * box_->extent().y;
-  std::vector<float> furthest(static_cast<std::size_t>(box_->extent().z), 0.0f);
-  const double slope = over_rows<1>(1, [&](const SpringRun& run, auto& sums) {
-    RunVectors kept;
-    float* const parts[3] = {kept.x, kept.y, kept.z};
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float* const from = &moves_[c][run.first];
-      Bfloat16* const to = &direction_[c][run.first];
-      for (int x = 0; x < run.count; ++x) {
-        to[x] = Bfloat16(from[x] + keep * static_cast<float>(to[x]));
+  const Size3 extent = box_->extent();
+  struct Part {
+    double slope = 0.0;
+    float furthest_squared = 0.0f;
+  };
+  std::vector<Part> parts(static_cast<std::size_t>(extent.z));
+  pool_.for_each(extent.z, [&](std::int64_t plane, int) {
+    const auto columns = static_cast<std::size_t>(extent.x);
+    std::vector<float> buffer(3 * columns);
+    const std::array<float*, 3> d = {buffer.data(), &buffer[columns], &buffer[2 * columns]};
+    Part& part = parts[static_cast<std::size_t>(plane)];
+    for (std::int64_t row = plane * extent.y; row < (plane + 1) * extent.y; ++row) {
+      if (box_->kind(row) == RowKind::held) continue;
+      const std::int64_t begin = row * extent.x;
+      direction_.get_row(row, d[0], d[1], d[2]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float* const move = &moves_[c][begin];
+        float* const to = d[c];
+        for (int x = 0; x < extent.x; ++x) to[x] = move[x] + keep * to[x];
       }
-      for (int x = 0; x < run.count; ++x) parts[c][x] = static_cast<float>(to[x]);
-      sums[0] += dot_of_run(parts[c], &forces_[c][run.first], run.count);
+      direction_.set_row(row, d[0], d[1], d[2]);
+      direction_.get_row(row, d[0], d[1], d[2]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        part.slope += dot_of_run(d[c], &forces_[c][begin], extent.x);
+      }
+      part.furthest_squared = std::max(
+          part.furthest_squared, largest_square(d[0], d[1], d[2], voxels_from_mm, extent.x));
     }
-    float& most = furthest[static_cast<std::size_t>(run.first / plane)];
-    most = std::max(most, largest_square(kept.x, kept.y, kept.z, voxels_from_mm, run.count));
-  })[0];
-  furthest_voxels_ = std::sqrt(double{*std::max_element(furthest.begin(), furthest.end())});
+  });
+  double slope = 0.0;
+  float furthest_squared = 0.0f;
+  for (const Part& part : parts) {
+    slope += part.slope;
+    furthest_squared = std::max(furthest_squared, part.furthest_squared);
+  }
+  furthest_voxels_ = std::sqrt(double{furthest_squared});
   return slope;
 }
 
@@ -309,7 +327,7 @@ void EquilibriumSearch::check_finite(double sum) const {
 
 std::int64_t EquilibriumSearch::bytes() const {
   return box_->bytes() + multigrid_.bytes() + turns_.bytes() + bytes_of(forces_) +
-         bytes_of(moves_) + bytes_of(direction_);
+         bytes_of(moves_) + direction_.bytes();
 }
 
 }  // namespace maille

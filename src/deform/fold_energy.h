@@ -26,6 +26,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "deform/box_direction.h"
 #include "deform/spring_box.h"
 
 namespace maille {
@@ -85,10 +86,11 @@ struct CellCorner {
   auto operator<=>(const CellCorner&) const = default;
 };
 
-template <class T>
-glm::dvec3 at_element(const std::array<BoxArray<T>, 3>& v, std::int64_t e) {
-  return {double{static_cast<float>(v[0][e])}, double{static_cast<float>(v[1][e])},
-          double{static_cast<float>(v[2][e])}};
+inline glm::dvec3 at_element(const BoxVectors& v, std::int64_t e) {
+  return {double{v[0][e]}, double{v[1][e]}, double{v[2][e]}};
+}
+inline glm::dvec3 at_element(const BoxDirection& v, std::int64_t e) {
+  return {double{v.at(0, e)}, double{v.at(1, e)}, double{v.at(2, e)}};
 }
 
 // Three edges at a corner as functions of the four elements there; edges point upwards.
@@ -161,8 +163,8 @@ class FoldEnergy {
 
   // Columns: edge a over the spacing along a, in units of the cell at rest; row c: component c.
   glm::dmat3 edges(const CellCorner& corner) const;
-  template <class T>
-  glm::dmat3 edges_of(const CellCorner& corner, const std::array<BoxArray<T>, 3>& direction) const {
+  template <class Vectors>
+  glm::dmat3 edges_of(const CellCorner& corner, const Vectors& direction) const {
     const auto elements = elements_of(corner);
     glm::dmat3 edges;
     for (int axis = 0; axis < 3; ++axis) {

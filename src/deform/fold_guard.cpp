@@ -44,6 +44,28 @@ double largest_component_voxels(const SpringBox& box, WorkerPool& pool) {
   return std::sqrt(double{*std::max_element(largest.begin(), largest.end())});
 }
 
+// A row of a direction in floats, whatever it is kept as.
+class RowOfDirection {
+ public:
+  explicit RowOfDirection(int columns) : columns_(columns) {}
+
+  std::array<const float*, 3> of(const BoxVectors& direction, std::int64_t row) {
+    const std::int64_t begin = row * columns_;
+    return {&direction[0][begin], &direction[1][begin], &direction[2][begin]};
+  }
+  std::array<const float*, 3> of(const BoxDirection& direction, std::int64_t row) {
+    const auto columns = static_cast<std::size_t>(columns_);
+    buffer_.resize(3 * columns);
+    float* const x = buffer_.data();
+    direction.get_row(row, x, x + columns, x + 2 * columns);
+    return {x, x + columns, x + 2 * columns};
+  }
+
+ private:
+  int columns_;
+  std::vector<float> buffer_;
+};
+
 template <class T>
 void sort_once(std::vector<T>& v) {
   std::sort(v.begin(), v.end());
@@ -101,8 +123,8 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
   return near;
 }
 
-template <class T>
-double FoldGuard::advance(const std::array<BoxArray<T>, 3>& direction, double step,
+template <class Vectors>
+double FoldGuard::advance(const Vectors& direction, double step,
                           double furthest_voxels, double enough_voxels) {
   constexpr double kFurthest = 4.0;
   step = std::min(step, kFurthest * (1.0 + folds_.largest_u_voxels()) / furthest_voxels);
@@ -202,24 +224,27 @@ void FoldGuard::add_neighbours(std::vector<std::int64_t>& elements) const {
   sort_once(elements);
 }
 
-template <class T>
-void FoldGuard::add(const std::array<BoxArray<T>, 3>& direction, double step) {
+template <class Vectors>
+void FoldGuard::add(const Vectors& direction, double step) {
   const Size3 extent = box_.extent();
   const auto by = static_cast<float>(step);
   pool_.for_each(extent.z, [&](std::int64_t plane, int) {
-    const std::int64_t begin = plane * extent.x * extent.y;
-    const std::int64_t count = std::int64_t{extent.x} * extent.y;
-    for (std::size_t c = 0; c < 3; ++c) {
-      float* const u = &box_.u_mm()[c][begin];
-      const T* const d = &direction[c][begin];
-      for (std::int64_t i = 0; i < count; ++i) u[i] += by * static_cast<float>(d[i]);
+    RowOfDirection row_of(extent.x);
+    for (std::int64_t row = plane * extent.y; row < (plane + 1) * extent.y; ++row) {
+      const std::int64_t begin = row * extent.x;
+      const auto parts = row_of.of(direction, row);
+      for (std::size_t c = 0; c < 3; ++c) {
+        float* const u = &box_.u_mm()[c][begin];
+        const float* const d = parts[c];
+        for (int x = 0; x < extent.x; ++x) u[x] += by * d[x];
+      }
     }
   });
 }
 
-template <class T>
+template <class Vectors>
 std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near,
-                                 const std::array<BoxArray<T>, 3>& direction, double step) const {
+                                 const Vectors& direction, double step) const {
   return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
     if (!folds_.is_guarded(corner)) return false;
     const glm::dmat3 now = folds_.edges(corner);
@@ -231,9 +256,9 @@ std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near,
 
 // Halves the step of the elements of corners that it closed; after a few halvings none of it is
 // left. Returns them.
-template <class T>
+template <class Vectors>
 std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& near,
-                                               const std::array<BoxArray<T>, 3>& direction,
+                                               const Vectors& direction,
                                                double step) {
   constexpr std::array<double, 6> kShares = {1.0, 0.5, 0.25, 0.125, 0.0625, 0.0};
   std::vector<std::pair<std::int64_t, int>> taken_back;  // element and how often, by element
@@ -281,9 +306,9 @@ std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& ne
       const int n = times(e);
       const double off =
           kShares[static_cast<std::size_t>(n)] - kShares[static_cast<std::size_t>(n + 1)];
-      for (std::size_t c = 0; c < 3; ++c) {
-        box_.u_mm()[c][e] -=
-            static_cast<float>(step * off * double{static_cast<float>(direction[c][e])});
+      const glm::dvec3 back_mm = step * off * at_element(direction, e);
+      for (int c = 0; c < 3; ++c) {
+        box_.u_mm()[static_cast<std::size_t>(c)][e] -= static_cast<float>(back_mm[c]);
       }
       while (old != taken_back.end() && old->first < e) merged.push_back(*old++);
       if (old != taken_back.end() && old->first == e) ++old;

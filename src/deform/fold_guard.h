@@ -30,8 +30,8 @@ class FoldGuard {
   // step that was added: half of it, or less, where all of it would close not a few corners but
   // many, and none further than a few times the largest displacement, of which floats would lose
   // the digits that corners need.
-  template <class T>
-  double advance(const std::array<BoxArray<T>, 3>& direction, double step, double furthest_voxels,
+  template <class Vectors>
+  double advance(const Vectors& direction, double step, double furthest_voxels,
                  double enough_voxels);
 
   // Adds a direction to the state as a whole, however many corners that folds, and opens those from
@@ -67,16 +67,16 @@ class FoldGuard {
     double travelled = -1.0;    // when it was measured; -1: never
   };
 
-  template <class T>
-  void add(const std::array<BoxArray<T>, 3>& direction, double step);
+  template <class Vectors>
+  void add(const Vectors& direction, double step);
   // After no element has moved further than that since the last time.
   std::vector<CellCorner> find_near(double furthest_voxels);
-  template <class T>
+  template <class Vectors>
   std::size_t closed_by(const std::vector<CellCorner>& near,
-                        const std::array<BoxArray<T>, 3>& direction, double step) const;
-  template <class T>
+                        const Vectors& direction, double step) const;
+  template <class Vectors>
   std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,
-                                      const std::array<BoxArray<T>, 3>& direction, double step);
+                                      const Vectors& direction, double step);
   bool open_folded(std::vector<CellCorner> near, double enough_voxels);
   std::vector<std::int64_t> free_elements_of(const std::vector<CellCorner>& corners) const;
   void add_neighbours(std::vector<std::int64_t>& elements) const;

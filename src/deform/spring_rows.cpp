@@ -28,14 +28,18 @@ struct Inputs {
 
 // A direction from the state.
 struct Way {
-  const Bfloat16* x;
-  const Bfloat16* y;
-  const Bfloat16* z;
+  const BoxDirection& direction;
+  std::int64_t first;  // element
+  std::int64_t row;
+  std::int64_t rows_of_plane;
 };
 
 // In a loop of its own: halves beside floats would be taken 32 at a time, and many rows end first.
-[[gnu::always_inline]] inline void widen(const Bfloat16* from, int count, float* to) {
-  for (int x = 0; x < count; ++x) to[x] = static_cast<float>(from[x]);
+[[gnu::always_inline]] inline void widen(const Way& way, std::size_t component, std::int64_t step,
+                                         std::int64_t rows, int count, float* to) {
+  const std::int16_t* const from = way.direction.units(component, way.first + step);
+  const float unit_mm = way.direction.unit_mm(way.row + rows);
+  for (int x = 0; x < count; ++x) to[x] = unit_mm * static_cast<float>(from[x]);
 }
 
 Inputs inputs_of(const SpringBox& box, const SpringRun& run) {
@@ -150,9 +154,9 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld, bool kKeeps>
   float d_x[kLongestRun];
   float d_y[kLongestRun];
   float d_z[kLongestRun];
-  widen(way.x, in.count, d_x);
-  widen(way.y, in.count, d_y);
-  widen(way.z, in.count, d_z);
+  widen(way, 0, 0, 0, in.count, d_x);
+  widen(way, 1, 0, 0, in.count, d_y);
+  widen(way, 2, 0, 0, in.count, d_z);
   const float one = 1.0f / in.one_compliance;
   float energy[kLongestRun + kLanes] = {};
   float curvature[kLongestRun + kLanes] = {};
@@ -178,9 +182,10 @@ template <bool kMixed, bool kBlends, bool kCut, bool kSomeHeld, bool kKeeps>
     float other_d_x[kLongestRun];
     float other_d_y[kLongestRun];
     float other_d_z[kLongestRun];
-    widen(way.x + j, in.count, other_d_x);
-    widen(way.y + j, in.count, other_d_y);
-    widen(way.z + j, in.count, other_d_z);
+    const std::int64_t rows = spring.offset.z * way.rows_of_plane + spring.offset.y;
+    widen(way, 0, j, rows, in.count, other_d_x);
+    widen(way, 1, j, rows, in.count, other_d_y);
+    widen(way, 2, j, rows, in.count, other_d_z);
     [[maybe_unused]] float any_free[kLongestRun];
     if constexpr (kSomeHeld) {
       // A loop of its own: bytes beside floats would be taken 64 at a time, and most rows end
@@ -424,7 +429,7 @@ void spring_forces(const SpringBox& box, const SpringRun& run, RunVectors& force
 
 SpringSums spring_sums(const SpringBox& box, const SpringRun& run, const BoxDirection& direction) {
   const Inputs in = inputs_of(box, run);
-  const Way d{&direction[0][run.first], &direction[1][run.first], &direction[2][run.first]};
+  const Way d{direction, run.first, run.first / box.extent().x, box.extent().y};
   if (in.kept_x) {
     return sums_kept(in, box.springs(), box.steps(), d, box.free_flags() + run.first);
   }
@@ -444,9 +449,8 @@ double spring_bound(const SpringBox& box, const SpringRun& run, const BoxDirecti
     const std::int64_t step = box.step(s);
     for (int x = 0; x < run.count; ++x) {
       const std::int64_t i = run.first + x;
-      for (const auto& d : direction) {
-        const double along =
-            double{static_cast<float>(d[i])} - double{static_cast<float>(d[i + step])};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double along = double{direction.at(c, i)} - double{direction.at(c, i + step)};
         sum += double{k[x]} * along * along;
       }
     }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 
+#include "deform/box_direction.h"
 #include "deform/spring_box.h"
 
 namespace maille {

@@ -41,22 +41,19 @@ class ShakenBox {
   SpringBox& box() { return *box_; }
   const RelaxationScene& scene() const { return scene_; }
 
-  // Of numbers that 8 bits hold.
+  // Of numbers that a direction keeps as they are.
   BoxVectors random_direction(unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> along(-1, 1);
     BoxVectors d = make_box_vectors(box_->extent(), workers());
     for_each_free([&](std::int64_t e) {
-      for (auto& c : d) c[e] = static_cast<float>(Bfloat16(along(random)));
+      for (auto& c : d) c[e] = along(random);
     });
+    static_cast<void>(testing::keep_as_direction(d, box_->extent(), workers()));
     return d;
   }
-  BoxDirection in_8_bits(const BoxVectors& d) {
-    BoxDirection way = make_box_direction(box_->extent(), workers());
-    for_each_free([&](std::int64_t e) {
-      for (std::size_t c = 0; c < 3; ++c) way[c][e] = Bfloat16(d[c][e]);
-    });
-    return way;
+  BoxDirection as_direction(BoxVectors& d) const {
+    return testing::keep_as_direction(d, box_->extent(), workers());
   }
   template <class F>
   void for_each_free(F&& f) const {
@@ -151,7 +148,7 @@ TEST(FoldGuard, ForcesAndCurvatureAreThoseOfItsEnergy) {
     }
     ShakenBox shaken(seed, most, seed % 2 == 0, 0.2);
     ASSERT_LT(least_of(shaken.determinants()), 0.7 * kFoldReach);
-    const BoxVectors d = shaken.random_direction(seed);
+    BoxVectors d = shaken.random_direction(seed);
     const FoldGuard here(shaken.box(), workers());
     BoxVectors forces = make_box_vectors(shaken.box().extent(), workers());
     here.add_forces(forces);
@@ -163,7 +160,7 @@ TEST(FoldGuard, ForcesAndCurvatureAreThoseOfItsEnergy) {
         size += std::abs(double{forces[c][e]} * double{d[c][e]});
       }
     });
-    const double curvature = here.curvature(shaken.in_8_bits(d));
+    const double curvature = here.curvature(shaken.as_direction(d));
     const double energy = here.energy();
     // A state is known to a ten-millionth, so the steps cannot be small.
     constexpr double kStep = 1e-3;
@@ -268,7 +265,8 @@ TEST(FoldGuard, SameBitsForAnyNumberOfThreads) {
     WorkerPool pool(threads);
     FoldGuard guard(shaken.box(), pool);
     for (int i = 0; i < 4; ++i) {
-      guard.advance(shaken.in_8_bits(shaken.random_direction(9)), 0.2, 3.0, 0.0);
+      BoxVectors d = shaken.random_direction(9);
+      guard.advance(shaken.as_direction(d), 0.2, 3.0, 0.0);
     }
     if (!first) first = shaken.u_mm();
     EXPECT_TRUE(shaken.u_mm() == *first) << threads << " threads";

@@ -1,6 +1,7 @@
 // Boxes of springs of every kind of row, with a direction at random.
 #pragma once
 
+#include <optional>
 #include <random>
 
 #include "deform/carving.h"
@@ -12,6 +13,20 @@ namespace maille::testing {
 
 inline bool contains_voxel(const VoxelBox& box, VoxelIndex v) {
   return glm::all(glm::greaterThanEqual(v, box.lo)) && glm::all(glm::lessThan(v, box.hi));
+}
+
+// As a direction; the vectors become what is kept of them.
+inline BoxDirection keep_as_direction(BoxVectors& vectors, Size3 extent, WorkerPool& pool) {
+  BoxDirection direction(extent, pool);
+  for (std::int64_t row = 0; row < std::int64_t{extent.y} * extent.z; ++row) {
+    const std::int64_t begin = row * extent.x;
+    float* const x = &vectors[0][begin];
+    float* const y = &vectors[1][begin];
+    float* const z = &vectors[2][begin];
+    direction.set_row(row, x, y, z);
+    direction.get_row(row, x, y, z);
+  }
+  return direction;
 }
 
 class RowScene {
@@ -50,22 +65,21 @@ class RowScene {
                                                        scene_.held, scene_.anchors, &scene_.kept},
                                     free_, workers());
     direction_ = make_box_vectors(box_->extent(), workers());
-    way_ = make_box_direction(box_->extent(), workers());
     std::uniform_real_distribution<float> along(-1, 1);
     for_each_voxel(free_.size(), [&](VoxelIndex v) {
       const std::int64_t e = box_->element(v + free_.lo);
       for (std::size_t c = 0; c < 3; ++c) {
-        way_[c][e] = Bfloat16(box_->is_free(e) ? along(random) : 0.0f);
-        direction_[c][e] = static_cast<float>(way_[c][e]);
+        direction_[c][e] = box_->is_free(e) ? along(random) : 0.0f;
       }
     });
+    way_ = keep_as_direction(direction_, box_->extent(), workers());
   }
 
   const RelaxationScene& scene() const { return scene_; }
   const SpringBox& box() const { return *box_; }
   SpringBox& box() { return *box_; }
   const BoxVectors& direction() const { return direction_; }
-  const BoxDirection& way() const { return way_; }  // the same
+  const BoxDirection& way() const { return *way_; }  // the same
 
   std::size_t element_of_volume(std::int64_t e) const {
     const Size3 extent = box_->extent();
@@ -111,7 +125,7 @@ class RowScene {
   VoxelBox free_;
   std::unique_ptr<SpringBox> box_;
   BoxVectors direction_;
-  BoxDirection way_;
+  std::optional<BoxDirection> way_;
 };
 
 // Calls f(run) for all rows, without the outermost `margin` elements.
