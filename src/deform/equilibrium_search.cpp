@@ -10,6 +10,7 @@
 #include "core/trace.h"
 #include "deform/half_resolution.h"
 #include "deform/open_rounding.h"
+#include "deform/settle_rounding.h"
 #include "deform/spring_rows.h"
 
 namespace maille {
@@ -18,6 +19,11 @@ namespace {
 // Energies are sums of floats: a rise beyond this share is a rise.
 constexpr double kEnergyNoise = 1e-7;
 constexpr double kLeastOfCorners = 0.1;
+// What multigrid takes for strain, though it is a turn, needs many times the move that it gives (60
+// of them around a stiff ball in voxels of 1:10:10); a lattice about to buckle bends as little. So
+// steps may be twice as long each time that the energy has fallen.
+constexpr double kLongestStep = 20.0;
+constexpr double kLongestOfAll = 1000.0;
 // Elements near folding are settled to this share of what is left for all.
 constexpr double kSettled = 0.2;
 
@@ -65,6 +71,7 @@ EquilibriumSearch::EquilibriumSearch(std::unique_ptr<SpringBox> box, WorkerPool&
       moves_(make_box_vectors(box_->extent(), pool)),
       direction_(box_->extent(), pool),
       turns_(*box_, multigrid_, forces_, moves_),
+      longest_step_(kLongestStep),
       share_of_corners_(kLeastOfCorners) {
   energy_at_start_ = spring_energy() + guard_.energy();
   check_finite(energy_at_start_);
@@ -81,7 +88,7 @@ double EquilibriumSearch::spring_energy() {
   })[0];
 }
 
-EquilibriumSearch::Rounded EquilibriumSearch::rounded(const Lattice& published) {
+EquilibriumSearch::Rounded EquilibriumSearch::rounded(const Lattice& published, bool settled) {
   OpenRounding rounding = open_rounding(*box_, pool_);
   // Forces are made anew by each cycle: meanwhile their memory is free.
   box_->round_to_fixed_point(forces_, pool_);
@@ -89,6 +96,11 @@ EquilibriumSearch::Rounded EquilibriumSearch::rounded(const Lattice& published) 
     for (int c = 0; c < 3; ++c) {
       forces_[static_cast<std::size_t>(c)][e] = static_cast<float>(u_mm[c]);
     }
+  }
+  if (settled) {
+    std::vector<CellCorner> kept = rounding.at_risk;
+    kept.insert(kept.end(), guard_.bent().begin(), guard_.bent().end());
+    settle_rounding(*box_, kept, forces_, pool_);
   }
   std::swap(box_->u_mm(), forces_);
   Rounded rounded{box_->lattice(published, pool_), spring_energy() + guard_.energy(),
@@ -231,8 +243,8 @@ double EquilibriumSearch::turn(float keep) {
       for (std::size_t c = 0; c < 3; ++c) {
         part.slope += dot_of_run(d[c], &forces_[c][begin], extent.x);
       }
-      part.furthest_squared = std::max(
-          part.furthest_squared, largest_square(d[0], d[1], d[2], voxels_from_mm, extent.x));
+      part.furthest_squared = std::max(part.furthest_squared,
+                                       largest_square(d[0], d[1], d[2], voxels_from_mm, extent.x));
     }
   });
   double slope = 0.0;
@@ -254,11 +266,16 @@ void EquilibriumSearch::measure(double slope, double moves_squared, bool first) 
   });
   check_finite(sums[0] + sums[1]);
   const double energy = sums[0] + guard_.energy();
-  if (!first && energy > energy_ * (1.0 + kEnergyNoise)) {
+  const bool rose = !first && energy > energy_ * (1.0 + kEnergyNoise) &&
+                    energy > last_energy_ * (1.0 - kEnergyNoise);
+  last_energy_ = energy;
+  if (rose) {
     caution_ = std::max(0.5 * caution_, 1.0 / 64.0);
+    longest_step_ = kLongestStep;
     share_of_corners_ = std::min(1.0, 3.0 * share_of_corners_);
   } else {
     caution_ = std::min(1.0, 2.0 * caution_);
+    longest_step_ = std::min(2.0 * longest_step_, kLongestOfAll);
     share_of_corners_ = std::max(kLeastOfCorners, 0.8 * share_of_corners_);
   }
   // Settling takes back most of what a step costs the corners: counted in full, a few of them
@@ -271,13 +288,12 @@ void EquilibriumSearch::measure(double slope, double moves_squared, bool first) 
   estimate(full, moves_squared);
 }
 
-// To the least energy along the direction; no further than is safe from any state where the
-// energy bends down, as a lattice about to buckle does.
+// To the least energy along the direction, if that is not too far; no further than is safe from any
+// state where the energy bends down, as a lattice about to buckle does.
 double EquilibriumSearch::length_of_step(double slope, double curvature, double folds) {
   if (!(slope > 0.0)) return 0.0;
-  // No curvature exceeds five times what multigrid inverts, near rest (stiffness_multigrid.h).
-  constexpr double kLongestStep = 20.0;
-  if (curvature > slope / kLongestStep) return slope / curvature;
+  if (curvature > slope / longest_step_) return slope / curvature;
+  if (curvature > 0.0 && longest_step_ > kLongestStep) return longest_step_;
   const double bound =
       over_rows<1>(0, [&](const SpringRun& run,
                           auto& sums) { sums[0] += spring_bound(*box_, run, direction_); })[0] +

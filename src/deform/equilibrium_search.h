@@ -37,8 +37,9 @@ class EquilibriumSearch {
     double energy = 0.0;
     std::vector<CellCorner> at_risk;  // all corners that rounding may have folded
   };
-  // published: as SpringBox::lattice has it.
-  Rounded rounded(const Lattice& published);
+  // published: as SpringBox::lattice has it; settled: for its energy, which takes longer
+  // (settle_rounding.h).
+  Rounded rounded(const Lattice& published, bool settled);
   // Estimated distances to equilibrium, of all elements and of the furthest.
   double rms_voxels() const { return rms_voxels_; }
   double largest_voxels() const { return largest_voxels_; }
@@ -77,8 +78,10 @@ class EquilibriumSearch {
   double furthest_voxels_ = 0.0;  // of a step of 1
   double moves_dot_forces_ = 0.0;
   double caution_ = 1.0;           // share of the step that is taken
+  double longest_step_ = 0.0;      // that is believed
   double share_of_corners_ = 0.0;  // of their curvature that counts
-  double energy_ = 0.0;
+  double energy_ = 0.0;            // the least so far
+  double last_energy_ = 0.0;
   double energy_at_start_ = 0.0;
   double rms_voxels_ = std::numeric_limits<double>::infinity();
   double largest_voxels_ = std::numeric_limits<double>::infinity();

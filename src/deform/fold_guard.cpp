@@ -124,8 +124,8 @@ std::vector<CellCorner> FoldGuard::find_near(double furthest_voxels) {
 }
 
 template <class Vectors>
-double FoldGuard::advance(const Vectors& direction, double step,
-                          double furthest_voxels, double enough_voxels) {
+double FoldGuard::advance(const Vectors& direction, double step, double furthest_voxels,
+                          double enough_voxels) {
   constexpr double kFurthest = 4.0;
   step = std::min(step, kFurthest * (1.0 + folds_.largest_u_voxels()) / furthest_voxels);
   add(direction, step);
@@ -243,8 +243,8 @@ void FoldGuard::add(const Vectors& direction, double step) {
 }
 
 template <class Vectors>
-std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near,
-                                 const Vectors& direction, double step) const {
+std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near, const Vectors& direction,
+                                 double step) const {
   return static_cast<std::size_t>(std::count_if(near.begin(), near.end(), [&](const auto& corner) {
     if (!folds_.is_guarded(corner)) return false;
     const glm::dmat3 now = folds_.edges(corner);
@@ -258,8 +258,7 @@ std::size_t FoldGuard::closed_by(const std::vector<CellCorner>& near,
 // left. Returns them.
 template <class Vectors>
 std::vector<std::int64_t> FoldGuard::take_back(const std::vector<CellCorner>& near,
-                                               const Vectors& direction,
-                                               double step) {
+                                               const Vectors& direction, double step) {
   constexpr std::array<double, 6> kShares = {1.0, 0.5, 0.25, 0.125, 0.0625, 0.0};
   std::vector<std::pair<std::int64_t, int>> taken_back;  // element and how often, by element
   const auto times = [&](std::int64_t e) {

@@ -72,11 +72,11 @@ class FoldGuard {
   // After no element has moved further than that since the last time.
   std::vector<CellCorner> find_near(double furthest_voxels);
   template <class Vectors>
-  std::size_t closed_by(const std::vector<CellCorner>& near,
-                        const Vectors& direction, double step) const;
+  std::size_t closed_by(const std::vector<CellCorner>& near, const Vectors& direction,
+                        double step) const;
   template <class Vectors>
-  std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near,
-                                      const Vectors& direction, double step);
+  std::vector<std::int64_t> take_back(const std::vector<CellCorner>& near, const Vectors& direction,
+                                      double step);
   bool open_folded(std::vector<CellCorner> near, double enough_voxels);
   std::vector<std::int64_t> free_elements_of(const std::vector<CellCorner>& corners) const;
   void add_neighbours(std::vector<std::int64_t>& elements) const;

@@ -12,6 +12,7 @@
 #include "deform/relaxation_region.h"
 #include "deform/rim_pull.h"
 #include "deform/spring_box.h"
+#include "deform/state_trail.h"
 #include "deform/yield_flow.h"
 
 namespace maille {
@@ -28,8 +29,8 @@ constexpr std::int64_t kBytesPerYielded = 12;
 // energy only falls. Nor goes a search on for ever whose energy crawls.
 // One small estimate may be luck; and how fast moves shrink tells more the longer it is watched.
 constexpr int kConfirmed = 2;
-// The estimate may be so many times too small. Around folded cells, where the energy has a kink,
-// small moves go on for ever.
+constexpr int kRest = 8;  // around folded cells
+// The estimate may be so many times too small.
 constexpr double kEstimateIsTrueTo = 3.0;
 constexpr int kPatience = 20;
 constexpr double kEnergyGain = 3e-3;
@@ -60,10 +61,12 @@ struct Relaxation::State {
 
   std::unique_ptr<EquilibriumSearch> search;  // of the region; none where nothing is free
   std::vector<glm::dvec3> rim_before;
+  std::optional<StateTrail> trail;
   double rim_pull = 0.0;  // voxels, when last looked at
   std::deque<double> rms_lately;
   double best_residual = std::numeric_limits<double>::infinity();
   double best_rms = std::numeric_limits<double>::infinity();
+  double best_left = std::numeric_limits<double>::infinity();
   double best_energy = std::numeric_limits<double>::infinity();
   std::int64_t least_folded = std::numeric_limits<std::int64_t>::max();
   int iterations_without_gain = 0;
@@ -134,6 +137,7 @@ struct Relaxation::State {
     if (box->free_elements() == 0) return;
     rim_before = rim_forces(*box, region.whole_box());
     search = std::make_unique<EquilibriumSearch>(std::move(box), pool);
+    trail.emplace(search->box());
     progress.free_elements = search->box().free_elements();
     progress.region_limited = region.limited();
     // What a larger region takes in beside the last one is at rest: the energy stays what it was,
@@ -147,7 +151,7 @@ struct Relaxation::State {
     energy_known = true;
     progress.energy_last = published_energy = energy;
     rms_lately.clear();
-    best_residual = best_rms = best_energy = std::numeric_limits<double>::infinity();
+    best_residual = best_rms = best_left = best_energy = std::numeric_limits<double>::infinity();
     least_folded = std::numeric_limits<std::int64_t>::max();
     iterations_without_gain = iterations_here = iterations_within = 0;
     note();
@@ -173,26 +177,35 @@ struct Relaxation::State {
   void note() {
     unpublished = true;
     progress.energy_last = std::min(search->energy(), progress.energy_last);
-    const double left = steps_to_come(search->rms_voxels());
-    const double here_voxels = std::max(left * search->largest_voxels(), search->rounding_voxels());
-    progress.residual_voxels = std::max(here_voxels, rim_voxels());
-    progress.residual_rms_voxels = left * search->rms_voxels();
+    trail->add(search->box());
+    const StateTrail::Left left = trail->left();
+    const double to_come = steps_to_come(search->rms_voxels());
+    const double step_voxels = to_come * search->largest_voxels();
+    const double step_rms_voxels = to_come * search->rms_voxels();
     progress.folded_corners = search->folded_corners();
-    if (here_voxels < 0.9 * best_residual || progress.residual_rms_voxels < 0.9 * best_rms ||
+    // Around folded cells, where the energy has a kink, moves go to and fro for ever: there it is
+    // over when the state has come to rest.
+    const bool to_and_fro = progress.folded_corners > 0 && iterations_here >= kRest;
+    const double here_voxels =
+        std::max({to_and_fro ? 0.0 : step_voxels, left.largest_voxels, search->rounding_voxels()});
+    progress.residual_voxels = std::max(here_voxels, rim_voxels());
+    progress.residual_rms_voxels = std::max(to_and_fro ? 0.0 : step_rms_voxels, left.rms_voxels);
+    if (step_voxels < 0.9 * best_residual || step_rms_voxels < 0.9 * best_rms ||
+        left.largest_voxels < 0.9 * best_left || (left.one_way && progress.folded_corners == 0) ||
         progress.folded_corners < least_folded ||
         progress.energy_last < best_energy * (1.0 - kEnergyGain)) {
-      best_residual = std::min(best_residual, here_voxels);
-      best_rms = std::min(best_rms, progress.residual_rms_voxels);
+      best_residual = std::min(best_residual, step_voxels);
+      best_rms = std::min(best_rms, step_rms_voxels);
+      best_left = std::min(best_left, left.largest_voxels);
       least_folded = std::min(least_folded, progress.folded_corners);
       best_energy = progress.energy_last;
       iterations_without_gain = 0;
     } else {
       ++iterations_without_gain;
     }
-    const bool within = here_voxels <= options.tolerance_voxels /
-                                           (progress.folded_corners > 0 ? 1.0 : kEstimateIsTrueTo);
+    const bool within = here_voxels <= options.tolerance_voxels / kEstimateIsTrueTo;
     iterations_within = within ? iterations_within + 1 : 0;
-    if (iterations_within >= kConfirmed) {
+    if (iterations_within >= (to_and_fro ? kRest : kConfirmed)) {
       rim_pull = rim_pull_now();
       if (rim_pull > options.tolerance_voxels && enlarge()) return;
       rim_pull = rim_pull_now();
@@ -205,6 +218,8 @@ struct Relaxation::State {
       if (rim_pull > options.tolerance_voxels && enlarge()) return;
       progress.no_nearer = true;
     }
+    // What is said of the end holds for what is given out of it.
+    if (progress.finished()) publish_state();
     if (progress.finished() && held_after_flow) flow();
   }
 
@@ -266,19 +281,57 @@ struct Relaxation::State {
     });
   }
 
+  bool publish(EquilibriumSearch::Rounded& next) {
+    if (!(next.energy <= published_energy) || folds_any(next.at_risk, next.lattice)) return false;
+    published = std::move(next.lattice);
+    published_energy = next.energy;
+    return true;
+  }
+
+  // What was given out last may have stayed behind the end of the search.
+  void end_with(const Lattice& last) {
+    const double behind_voxels = furthest_apart(published, last);
+    if (behind_voxels <= options.tolerance_voxels / kEstimateIsTrueTo) return;
+    EquilibriumSearch::Rounded settled = search->rounded(published, true);
+    if (publish(settled)) return;
+    progress.residual_voxels += behind_voxels;
+    progress.residual_rms_voxels += behind_voxels;
+    if (progress.residual_voxels > options.tolerance_voxels) {
+      progress.converged = false;
+      progress.no_nearer = true;
+    }
+  }
+
+  double furthest_apart(const Lattice& a, const Lattice& b) const {
+    const VoxelBox& free = search->box().free_box();
+    std::vector<double> largest(static_cast<std::size_t>(free.size().z));
+    pool.for_each(free.size().z, [&](std::int64_t plane, int) {
+      double& most = largest[static_cast<std::size_t>(plane)];
+      VoxelIndex at = free.lo;
+      at.z += static_cast<int>(plane);
+      for (at.y = free.lo.y; at.y < free.hi.y; ++at.y) {
+        for (at.x = free.lo.x; at.x < free.hi.x; ++at.x) {
+          const glm::dvec3 d = a.displacement_voxels(at) - b.displacement_voxels(at);
+          most = std::max(most, glm::dot(d, d));
+        }
+      }
+    });
+    return std::sqrt(*std::max_element(largest.begin(), largest.end()));
+  }
+
   // Rounding may undo, near the end, what little a cycle has won, and fold a cell that no other way
   // to round keeps open: then what was given last is given again.
-  Lattice lattice() {
+  void publish_state() {
     const trace::Span span("relaxation publish");
-    if (unpublished && search) {
-      unpublished = false;
-      EquilibriumSearch::Rounded next = search->rounded(published);
-      if (next.energy <= published_energy && !folds_any(next.at_risk, next.lattice)) {
-        published = std::move(next.lattice);
-        published_energy = next.energy;
-      }
-      progress.energy_last = published_energy;
-    }
+    if (!unpublished || !search) return;
+    unpublished = false;
+    EquilibriumSearch::Rounded next = search->rounded(published, false);
+    if (!publish(next) && progress.finished()) end_with(next.lattice);
+  }
+
+  Lattice lattice() {
+    publish_state();
+    if (search) progress.energy_last = published_energy;
     return published;
   }
 };
@@ -330,6 +383,8 @@ std::vector<glm::dvec3> Relaxation::displacements_voxels() const {
   return u;
 }
 
-std::int64_t Relaxation::bytes() const { return state_->search ? state_->search->bytes() : 0; }
+std::int64_t Relaxation::bytes() const {
+  return state_->search ? state_->search->bytes() + state_->trail->bytes() : 0;
+}
 
 }  // namespace maille

@@ -9,8 +9,11 @@
 // folded after it.
 //
 // The moves that multigrid gives, times the length of the step they are about to take and how much
-// the steps after it add to it, are what is left to the equilibrium as far as can be told: that is
-// the estimate, and a relaxation is over when the largest has been within the tolerance twice.
+// the steps after it add to it, are what is left to the equilibrium as far as one cycle can tell;
+// what multigrid hardly sees shows in how far the state came over many of them (state_trail.h). The
+// larger of the two is the estimate, and a relaxation is over when it has been within a third of
+// the tolerance twice, for it may be three times too small. What is given out stands where it
+// ended, or the estimate counts how far it stayed behind.
 //
 // Carved elements, and any that nothing holds to the rest, stay where they are. Springs do not take
 // stiffness as it stands: material/spring_table.h says why and how.
@@ -48,8 +51,8 @@ struct RelaxationProgress {
   std::int64_t iterations = 0;
   std::int64_t element_updates = 0;  // free elements times iterations
   std::int64_t free_elements = 0;
-  double energy_first = 0.0;  // of all springs and corners with a free end, stiffness * mm^2
-  double energy_last = 0.0;
+  double energy_first = 0.0;      // of all springs and corners with a free end, stiffness * mm^2
+  double energy_last = 0.0;       // of the state that lattice() gave, or reached since
   bool energy_ever_rose = false;  // between two states that lattice() could give
   // Estimated distances to equilibrium; infinite before the first iteration.
   double residual_voxels = std::numeric_limits<double>::infinity();  // the largest

@@ -33,6 +33,7 @@ struct StabilityOptions {
 struct StabilityReport {
   enum class Verdict {
     holds,
+    says_so,  // that it comes no nearer, and by how much at most it is off, and so it is
     fails,
     undecided  // but for the distance: the reference did not converge
   };
@@ -76,6 +77,7 @@ struct StabilityReport {
     bool reference_stable = true;  // its equilibrium is a minimum
 
     std::string fault(double tolerance_voxels) const;  // what of the promise is broken; empty: none
+    bool is_near(double tolerance_voxels) const;       // the reference, or there is none
     Verdict verdict(double tolerance_voxels) const;
   };
   Machine machine;

@@ -18,6 +18,7 @@ using Verdict = StabilityReport::Verdict;
 const char* name_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::holds: return "holds";
+    case Verdict::says_so: return "says_so";
     case Verdict::fails: return "fails";
     case Verdict::undecided: break;
   }
@@ -48,6 +49,7 @@ std::string json_text(const StabilityReport& report) {
               {"threads", report.threads},
               {"tolerance_voxels", report.tolerance_voxels},
               {"holds", report.count(Verdict::holds)},
+              {"says_so", report.count(Verdict::says_so)},
               {"fails", report.count(Verdict::fails)},
               {"undecided", report.count(Verdict::undecided)},
               {"cases", Json::array()}};
@@ -160,6 +162,7 @@ std::string csv_text(const StabilityReport& report) {
 std::string verdict_text(const StabilityReport& report, const Row& row) {
   switch (row.verdict(report.tolerance_voxels)) {
     case Verdict::holds: return "holds";
+    case Verdict::says_so: return "says so";
     case Verdict::fails: return "NO: " + row.fault(report.tolerance_voxels);
     case Verdict::undecided: break;
   }
@@ -195,7 +198,11 @@ std::string table_text(const StabilityReport& report) {
          "the end; new: that were not at the start. estimate:\nof the largest distance to "
          "equilibrium in voxels, by relaxation; distance: to the equilibrium by Newton's\nmethod, "
          "?: which did not converge. Tolerance " +
-         short_number(report.tolerance_voxels) + " voxel.\n\nstability: " + report.summary() + "\n";
+         short_number(report.tolerance_voxels) +
+         " voxel; says so: further off, but no further than relaxation says that it is\nand comes "
+         "no "
+         "nearer.\n\nstability: " +
+         report.summary() + "\n";
 }
 
 // What relaxation says of itself against what is so.

@@ -46,8 +46,7 @@ TEST(BoxDirection, KeepsEachComponentToHalfAUnitOfWhatIsFurthestInItsRow) {
   Row far(1e6f);
   near.set(direction, 6);
   far.set(direction, 7);
-  for (const auto& [row, given, most] :
-       {std::tuple{6, &near, 1.0f}, std::tuple{7, &far, 1e6f}}) {
+  for (const auto& [row, given, most] : {std::tuple{6, &near, 1.0f}, std::tuple{7, &far, 1e6f}}) {
     Row kept = Row::of(direction, row);
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t x = 0; x < kExtent.x; ++x) {
@@ -58,7 +57,8 @@ TEST(BoxDirection, KeepsEachComponentToHalfAUnitOfWhatIsFurthestInItsRow) {
     }
     EXPECT_NEAR(kept.parts()[1][11], -most, 0.5f * most / 8192.0f);
   }
-  for (const float value : Row::of(direction, 5).parts()[0]) EXPECT_EQ(value, 0.0f);
+  Row untouched = Row::of(direction, 5);
+  for (const float value : untouched.parts()[0]) EXPECT_EQ(value, 0.0f);
 }
 
 TEST(BoxDirection, KeepsTheSameAgainOfWhatItKept) {

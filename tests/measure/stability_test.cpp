@@ -59,6 +59,11 @@ TEST(Stability, EveryPartOfThePromiseCanBreakIt) {
   far.converged = false;
   far.no_nearer = true;
   EXPECT_EQ(far.verdict(0.01), Verdict::holds);
+  far.float_step_voxels = 0.01;
+  far.estimate_voxels = 0.09;
+  EXPECT_EQ(far.verdict(0.01), Verdict::fails) << "it says that it is nearer";
+  far.estimate_voxels = 0.11;
+  EXPECT_EQ(far.verdict(0.01), Verdict::says_so);
 
   Row unknown = good_row();
   unknown.reference_converged = false;
@@ -69,7 +74,8 @@ TEST(Stability, EveryPartOfThePromiseCanBreakIt) {
 
   StabilityReport report;
   report.rows = {good_row(), far, unknown};
-  EXPECT_EQ(report.summary(), "holds in 2 of 3 cases, does NOT hold in 1");
+  EXPECT_EQ(report.summary(),
+            "holds in 1 of 3 cases, says that it comes no nearer in 1, does NOT hold in 1");
 }
 
 TEST(Stability, TheSweepReachesTheEndsThatItNames) {
@@ -176,9 +182,9 @@ TEST(StabilityPage, SaysEveryCase) {
   const auto json = nlohmann::json::parse(page.json);
   EXPECT_EQ(json["what"], "stability");
   ASSERT_EQ(json["cases"].size(), report.rows.size());
-  EXPECT_EQ(
-      std::size_t{json["holds"]} + std::size_t{json["fails"]} + std::size_t{json["undecided"]},
-      report.rows.size());
+  EXPECT_EQ(std::size_t{json["holds"]} + std::size_t{json["says_so"]} + std::size_t{json["fails"]} +
+                std::size_t{json["undecided"]},
+            report.rows.size());
   for (std::size_t i = 0; i < report.rows.size(); ++i) {
     const auto& one = json["cases"][i];
     EXPECT_EQ(one["title"], report.rows[i].title);
