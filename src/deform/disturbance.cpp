@@ -2,12 +2,6 @@
 
 namespace maille {
 
-VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
-  if (a.empty()) return b;
-  if (b.empty()) return a;
-  return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
-}
-
 VoxelBox moved_box(const Lattice& lattice) {
   VoxelBox box;
   lattice.for_each_brick(

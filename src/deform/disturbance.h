@@ -16,9 +16,6 @@ struct Disturbance {
   double elsewhere_voxels = 0.0;
 };
 
-// The smallest box around both; empty ones do not count.
-VoxelBox united(const VoxelBox& a, const VoxelBox& b);
-
 // Of the elements that are not at rest.
 VoxelBox moved_box(const Lattice& lattice);
 // Of all elements that lie elsewhere in one than in the other.

@@ -12,6 +12,8 @@
 #include "resample/cut_value.h"
 #include "resample/nearest_finder.h"
 #include "resample/rest_finder.h"
+#include "resample/rest_march.h"
+#include "resample/row_sampler.h"
 
 namespace maille {
 namespace {
@@ -30,6 +32,20 @@ T stored(double value) {
                                      double{std::numeric_limits<T>::max()}));
   } else {
     return static_cast<T>(value);
+  }
+}
+
+// The same of a float, whose integers go no further than it can tell.
+template <class T>
+T stored_float(float value) {
+  if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
+    constexpr auto kLowest = static_cast<float>(std::numeric_limits<T>::lowest());
+    constexpr auto kMost = static_cast<float>(std::numeric_limits<T>::max());
+    constexpr float kRounding = 12582912.0f;
+    const float rounded = (value + kRounding) - kRounding;
+    return static_cast<T>(static_cast<std::int32_t>(std::min(std::max(rounded, kLowest), kMost)));
+  } else {
+    return stored<T>(static_cast<double>(value));
   }
 }
 
@@ -57,6 +73,25 @@ T trilinear(std::span<const T> voxels, Size3 size, glm::vec3 rest) {
   return stored<T>(mix(y0, y1, t.z));
 }
 
+// Kept by thread, as the claims are.
+DisplacementTile& tile_of_this_thread() {
+  static thread_local DisplacementTile tile;
+  return tile;
+}
+
+bool rests(Float4 u) { return u[0] == 0.0f && u[1] == 0.0f && u[2] == 0.0f; }
+
+template <class T>
+void flip_sign_bits(T* row) {
+  if constexpr (std::is_integral_v<T>) {
+    using Bits = std::make_unsigned_t<T>;
+    constexpr Bits kSign = static_cast<Bits>(Bits{1} << (8 * sizeof(T) - 1));
+    for (int x = 0; x < kBrickEdge; ++x) {
+      row[x] = static_cast<T>(static_cast<Bits>(row[x]) ^ kSign);
+    }
+  }
+}
+
 }  // namespace
 
 struct Resampler::State {
@@ -64,6 +99,10 @@ struct Resampler::State {
   DeformedVolume deformed;
   ResampleMethod method;
   double background_value;
+
+  std::optional<RestMarch> march(std::int64_t brick) const;
+  ResampleCounts follow(RestMarch& march, const VoxelBox& voxels, std::span<std::byte> out,
+                        bool flip_sign_bit) const;
 
   Size3 size() const { return volume.size(); }
   VoxelBox box(std::int64_t brick) const {
@@ -75,6 +114,16 @@ struct Resampler::State {
     return cuts && std::any_of(cuts->carved.begin(), cuts->carved.end(),
                                [](std::uint32_t bits) { return bits != 0; });
   }
+  // Elements of all cells that can cover a voxel of a box, and a margin around them.
+  VoxelBox elements_over(const VoxelBox& voxels) const {
+    VoxelBox cells{voxels.lo - 1, voxels.hi};
+    for (const DeformedVolume::Entry& entry : deformed.entries) {
+      if (intersection(entry.covered, voxels).empty()) continue;
+      cells =
+          united(cells, cells_over(entry.reach, glm::dvec3(voxels.lo), glm::dvec3(voxels.hi - 1)));
+    }
+    return intersection({cells.lo, cells.hi + 2}, {VoxelIndex(0), size()});
+  }
   bool touched(std::int64_t brick) const {
     if (deformed.lattice.brick(brick) || carved(brick)) return true;
     const VoxelBox voxels = box(brick);
@@ -83,6 +132,63 @@ struct Resampler::State {
     });
   }
 };
+
+// None where cells have to look for voxels: beside cuts, and where two cells might cover one voxel.
+std::optional<RestMarch> Resampler::State::march(std::int64_t brick) const {
+  // Where material is squeezed most of it is between voxels, and writing it out takes longer than
+  // all else.
+  constexpr std::int64_t kMostElementsAVoxel = 8;
+  constexpr double kSurely = 0.98;
+  const VoxelBox voxels = box(brick);
+  if (deformed.cuts.brick(brick) || deformed.cut_in_sight(voxels)) return std::nullopt;
+  const VoxelBox elements = elements_over(voxels);
+  if (voxel_count(elements.size()) > kMostElementsAVoxel * kBrickVoxels) return std::nullopt;
+  DisplacementTile& tile = tile_of_this_thread();
+  tile.fill(deformed.lattice, elements);
+  const bool at_border =
+      glm::any(glm::equal(elements.lo, VoxelIndex(0))) || glm::any(glm::equal(elements.hi, size()));
+  const auto injection = tile.injection(at_border);
+  if (!(injection.share < kSurely)) return std::nullopt;
+  return RestMarch(tile, injection, voxels);
+}
+
+ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels,
+                                        std::span<std::byte> out, bool flip_sign_bit) const {
+  const DisplacementTile& tile = tile_of_this_thread();
+  const VoxelIndex first = tile.elements().lo;
+  RowSampler sampler(size(), first);
+  ResampleCounts counts;
+  counts.voxels = voxel_count(voxels.size());
+  with_voxel_type(volume.type(), [&]<class T>() {
+    const auto samples = volume.voxels<T>();
+    const T background = stored<T>(background_value);
+    T row[kBrickEdge] = {};
+    std::byte* to = out.data();
+    for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
+      for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
+        const Float4* const rest = march.next_row();
+        const T* const own =
+            &samples[static_cast<std::size_t>(linear_index({voxels.lo.x, y, z}, size()))];
+        const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
+        sampler.sample(samples, rest, voxels.size().x);
+        for (int x = 0; x < voxels.size().x; ++x) {
+          const bool moved = !rests(u[x]);
+          const bool filled = sampler.in_volume(x);
+          const T value = filled ? stored_float<T>(sampler.value(x)) : background;
+          row[x] = moved ? value : own[x];
+          counts.moved_voxels += moved;
+          counts.background_voxels += moved && !filled;
+        }
+        if (flip_sign_bit) flip_sign_bits(row);
+        const std::size_t bytes = static_cast<std::size_t>(voxels.size().x) * sizeof(T);
+        std::memcpy(to, row, bytes);
+        to += bytes;
+      }
+    }
+  });
+  if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
+  return counts;
+}
 
 ResampleCounts& ResampleCounts::operator+=(const ResampleCounts& other) {
   voxels += other.voxels;
@@ -122,8 +228,11 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
   const bool nearest = state.method == ResampleMethod::nearest;
   ResampleCounts counts;
   counts.voxels = voxel_count(extent);
-  BrickClaims& claims = claims_of_this_thread();
   const bool touched = state.touched(brick);
+  if (touched && !nearest) {
+    if (auto march = state.march(brick)) return state.follow(*march, box, out, flip_sign_bit);
+  }
+  BrickClaims& claims = claims_of_this_thread();
   if (touched) {
     counts.moved_voxels = claims.open(state.deformed, brick);
     if (nearest) {
@@ -159,13 +268,7 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
         for (int x = 0; x < extent.x; ++x, ++i) {
           row[x] = touched && claims.score[i] != BrickClaims::kOwned ? claimed(i) : own[x];
         }
-        if constexpr (std::is_integral_v<T>) {
-          using Bits = std::make_unsigned_t<T>;
-          constexpr Bits kSign = static_cast<Bits>(Bits{1} << (8 * sizeof(T) - 1));
-          if (flip_sign_bit) {
-            for (T& value : row) value = static_cast<T>(static_cast<Bits>(value) ^ kSign);
-          }
-        }
+        if (flip_sign_bit) flip_sign_bits(row);
         const std::size_t bytes = static_cast<std::size_t>(extent.x) * sizeof(T);
         std::memcpy(to, row, bytes);
         to += bytes;
@@ -177,6 +280,19 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
 
 void Resampler::rest_positions(std::int64_t brick, std::span<glm::vec3> out) const {
   const VoxelBox box = state_->box(brick);
+  if (auto march = state_->march(brick)) {
+    const VoxelIndex first = tile_of_this_thread().elements().lo;
+    RowSampler sampler(state_->size(), first);
+    const int width = box.size().x;
+    for (auto to = out.begin(); to < out.begin() + voxel_count(box.size()); to += width) {
+      sampler.locate(march->next_row(), width);
+      for (int x = 0; x < width; ++x) {
+        to[x] = sampler.in_volume(x) ? glm::vec3(first) + sampler.position(x)
+                                     : glm::vec3(std::numeric_limits<float>::quiet_NaN());
+      }
+    }
+    return;
+  }
   BrickClaims& claims = claims_of_this_thread();
   claims.open(state_->deformed, brick);
   find_rest(state_->deformed, box, claims);

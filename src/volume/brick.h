@@ -25,6 +25,12 @@ struct VoxelBox {
 inline VoxelBox intersection(const VoxelBox& a, const VoxelBox& b) {
   return {glm::max(a.lo, b.lo), glm::min(a.hi, b.hi)};
 }
+// The smallest box around both; empty ones do not count.
+inline VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
+  if (a.empty()) return b;
+  if (b.empty()) return a;
+  return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
+}
 
 class BrickGrid {
  public:

@@ -185,7 +185,9 @@ TEST(Cut, EndsWhereItEnds) {
     for_each_voxel(size, [&](VoxelIndex v) {
       const double value = cut.volume.value_at(v);
       if (v.y > 20) {
-        ASSERT_EQ(value, whole.volume.value_at(v)) << text(v);
+        // Values change by a thousand a voxel here, and bricks in sight of the cut have their rest
+        // positions found another way: both to 1e-4 voxel.
+        ASSERT_NEAR(value, whole.volume.value_at(v), 0.2) << text(v);
       } else if (value != kBackground) {
         // Before the cell in which it ends, nothing of the other side.
         const bool left = value < 500;

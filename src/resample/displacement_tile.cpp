@@ -1,0 +1,106 @@
+#include "resample/displacement_tile.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace maille {
+namespace {
+
+constexpr float kVoxelsFromUnits = 1.0f / kUnitsPerVoxel;
+
+// Least and greatest of the edges along one axis, as columns of d x / d X.
+struct Bounds {
+  Float4 lowest = splat(std::numeric_limits<float>::max());
+  Float4 highest = splat(std::numeric_limits<float>::lowest());
+
+  void take(Float4 edge) {
+    lowest = least(lowest, edge);
+    highest = greatest(highest, edge);
+  }
+};
+
+}  // namespace
+
+void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
+  elements_ = elements;
+  width_ = elements.size().x;
+  height_ = elements.size().y;
+  depth_ = elements.size().z;
+  constexpr auto kBytes = static_cast<std::ptrdiff_t>(sizeof(Float4));
+  step_x_ = width_ > 1 ? kBytes : 0;
+  step_y_ = height_ > 1 ? kBytes * width_ : 0;
+  step_z_ = depth_ > 1 ? kBytes * width_ * height_ : 0;
+  last_ = glm::vec3(elements.size() - 1);
+  last_cell_ = glm::max(last_ - 1.0f, glm::vec3(0));
+  u_.resize(static_cast<std::size_t>(voxel_count(elements.size())));
+  const BrickGrid& grid = lattice.grid();
+  Float4* out = u_.data();
+  for (int z = elements.lo.z; z < elements.hi.z; ++z) {
+    for (int y = elements.lo.y; y < elements.hi.y; ++y) {
+      for (int x = elements.lo.x; x < elements.hi.x;) {
+        const int end = std::min(elements.hi.x, (x | 31) + 1);
+        const LatticeBrick* const brick =
+            lattice.brick(grid.linear(BrickGrid::brick_of({x, y, z})));
+        if (!brick) {
+          out = std::fill_n(out, end - x, Float4{});
+          x = end;
+          continue;
+        }
+        std::int32_t u[3][kBrickEdge];
+        for (int c = 0; c < 3; ++c) {
+          brick->read_row(c, element_in_brick({x, y, z}) / kBrickEdge, u[c]);
+        }
+        for (; x < end; ++x) {
+          const int i = x & 31;
+          *out++ = Float4{static_cast<float>(u[0][i]), static_cast<float>(u[1][i]),
+                          static_cast<float>(u[2][i]), 0.0f} *
+                   splat(kVoxelsFromUnits);
+        }
+      }
+    }
+  }
+}
+
+DisplacementTile::Injection DisplacementTile::injection(bool with_beyond) const {
+  std::array<Bounds, 3> edges;  // of u alone
+  const std::array<std::ptrdiff_t, 3> steps = {step_x_, step_y_, step_z_};
+  const auto take = [&](const Float4* at, int count, std::size_t axis) {
+    Bounds& bounds = edges[axis];
+    const std::ptrdiff_t step = steps[axis] / static_cast<std::ptrdiff_t>(sizeof(Float4));
+    for (int x = 0; x < count; ++x) bounds.take(at[x + step] - at[x]);
+  };
+  for (int z = 0; z < depth_; ++z) {
+    for (int y = 0; y < height_; ++y) {
+      const Float4* const at = row(y, z);
+      take(at, width_ - 1, 0);
+      if (y + 1 < height_) take(at, width_, 1);
+      if (z + 1 < depth_) take(at, width_, 2);
+    }
+  }
+  glm::dmat3 middle(1.0);
+  glm::dmat3 away(0.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    Bounds& bounds = edges[static_cast<std::size_t>(axis)];
+    if (with_beyond || steps[static_cast<std::size_t>(axis)] == 0) bounds.take(Float4{});
+    for (int c = 0; c < 3; ++c) {
+      middle[axis][c] += 0.5 * (double{bounds.lowest[c]} + double{bounds.highest[c]});
+      away[axis][c] = 0.5 * (double{bounds.highest[c]} - double{bounds.lowest[c]});
+    }
+  }
+  constexpr double kFlat = 1e-6;
+  if (!(std::abs(glm::determinant(middle)) > kFlat)) {
+    return {std::numeric_limits<double>::infinity(), glm::mat3(1.0f)};
+  }
+  const glm::dmat3 inverse = glm::inverse(middle);
+  Injection injection{0.0, glm::mat3(inverse)};
+  for (int c = 0; c < 3; ++c) {
+    double sum = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 0; k < 3; ++k) sum += std::abs(inverse[k][c]) * away[axis][k];
+    }
+    injection.share = std::max(injection.share, sum);
+  }
+  return injection;
+}
+
+}  // namespace maille

@@ -1,0 +1,95 @@
+// Vectors of x, y, z and a lane to spare, one or two of them in a register: what the machine has
+// room for. Each is worked on as if it were alone, so both widths give the same bits.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+namespace maille::quads {
+
+template <int kQuads>
+struct Register;
+template <>
+struct Register<1> {
+  using Floats = float __attribute__((vector_size(16)));
+  using Ints = std::int32_t __attribute__((vector_size(16)));
+};
+template <>
+struct Register<2> {
+  using Floats = float __attribute__((vector_size(32)));
+  using Ints = std::int32_t __attribute__((vector_size(32)));
+};
+template <int kQuads>
+using Floats = typename Register<kQuads>::Floats;
+template <int kQuads>
+using Ints = typename Register<kQuads>::Ints;
+
+namespace detail {
+template <int kX, int kY, int kZ, int... kLane>
+constexpr auto order(std::integer_sequence<int, kLane...>) {
+  constexpr int kFrom[4] = {kX, kY, kZ, 3};
+  return Ints<static_cast<int>(sizeof...(kLane)) / 4>{(kLane / 4 * 4 + kFrom[kLane % 4])...};
+}
+template <int... kLane>
+constexpr auto repeated(float x, float y, float z, std::integer_sequence<int, kLane...>) {
+  const float from[4] = {x, y, z, 0.0f};
+  return Floats<static_cast<int>(sizeof...(kLane)) / 4>{from[kLane % 4]...};
+}
+}  // namespace detail
+
+template <int kQuads>
+using Lanes = std::make_integer_sequence<int, 4 * kQuads>;
+
+// The same vector in all quads.
+template <int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> all(float x, float y, float z) {
+  return detail::repeated(x, y, z, Lanes<kQuads>());
+}
+template <int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> all(float value) {
+  return Floats<kQuads>{} + value;
+}
+
+// Components in another order within each.
+template <int kX, int kY, int kZ, int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> swizzle(Floats<kQuads> v) {
+  return __builtin_shuffle(v, detail::order<kX, kY, kZ>(Lanes<kQuads>()));
+}
+template <int kX, int kY, int kZ, int kQuads>
+[[gnu::always_inline]] inline Ints<kQuads> swizzle_ints(Ints<kQuads> v) {
+  return __builtin_shuffle(v, detail::order<kX, kY, kZ>(Lanes<kQuads>()));
+}
+
+template <int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> cross(Floats<kQuads> a, Floats<kQuads> b) {
+  const Floats<kQuads> c = a * swizzle<1, 2, 0, kQuads>(b) - swizzle<1, 2, 0, kQuads>(a) * b;
+  return swizzle<1, 2, 0, kQuads>(c);
+}
+// In all three lanes of each, up to the order of the sum.
+template <int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> dot(Floats<kQuads> a, Floats<kQuads> b) {
+  const Floats<kQuads> p = a * b;
+  return p + swizzle<1, 2, 0, kQuads>(p) + swizzle<2, 0, 1, kQuads>(p);
+}
+// The largest size of a component, in all three lanes.
+template <int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> largest(Floats<kQuads> v) {
+  const auto greater = [](Floats<kQuads> a, Floats<kQuads> b) { return a > b ? a : b; };
+  const Floats<kQuads> size = greater(v, -v);
+  return greater(greater(size, swizzle<1, 2, 0, kQuads>(size)), swizzle<2, 0, 1, kQuads>(size));
+}
+
+// Those so many bytes on from some places, side by side.
+[[gnu::always_inline]] inline Floats<1> load_quad(const char* at, std::ptrdiff_t bytes) {
+  return *reinterpret_cast<const Floats<1>*>(at + bytes);
+}
+[[gnu::always_inline]] inline Floats<1> load(const char* const* at, std::ptrdiff_t bytes,
+                                             Floats<1>) {
+  return load_quad(at[0], bytes);
+}
+[[gnu::always_inline]] inline Floats<2> load(const char* const* at, std::ptrdiff_t bytes,
+                                             Floats<2>) {
+  return __builtin_shufflevector(load_quad(at[0], bytes), load_quad(at[1], bytes), 0, 1, 2, 3, 4, 5,
+                                 6, 7);
+}
+}  // namespace maille::quads

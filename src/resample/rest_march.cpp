@@ -1,0 +1,169 @@
+#include "resample/rest_march.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/one_of_widths.h"
+
+namespace maille {
+namespace {
+
+using quads::all;
+using quads::Floats;
+using quads::Ints;
+
+// What may be left of the way to an answer.
+constexpr float kNearEnough_voxels = 1e-4f;
+constexpr float kLongestStep_voxels = 2.0f;
+constexpr int kMostSteps = 8;
+
+// So long a step may be the last. Edges differ by twice the injection's share from one another, by
+// that much along a cell: what is left after a step is the share of its square where it stays in
+// one cell, twice the share of it where it does not.
+struct LastSteps {
+  float within_voxels;
+  float anywhere_voxels;
+
+  explicit LastSteps(double share)
+      : within_voxels(static_cast<float>(std::sqrt(kNearEnough_voxels / std::max(share, 0.1)))),
+        anywhere_voxels(static_cast<float>(kNearEnough_voxels / std::max(2.0 * share, 0.1))) {}
+};
+
+// One step of Newton's for as many voxels as a register holds; says which of them are there then.
+template <int kQuads>
+[[gnu::always_inline]] inline Ints<kQuads> newton_step(const DisplacementTile& tile,
+                                                       const LastSteps& last, Floats<kQuads> target,
+                                                       Floats<kQuads>& rest) {
+  using F = Floats<kQuads>;
+  const auto map = tile.at<kQuads>(rest);
+  const F x = map.du_dx + all<kQuads>(1.0f, 0.0f, 0.0f);
+  const F y = map.du_dy + all<kQuads>(0.0f, 1.0f, 0.0f);
+  const F z = map.du_dz + all<kQuads>(0.0f, 0.0f, 1.0f);
+  const F off = target - (rest + map.u);
+  const F yz = quads::cross<kQuads>(y, z);
+  const F zx = quads::cross<kQuads>(z, x);
+  const F xy = quads::cross<kQuads>(x, y);
+  const F unscaled = quads::dot<kQuads>(off, yz) * all<kQuads>(1.0f, 0.0f, 0.0f) +
+                     quads::dot<kQuads>(off, zx) * all<kQuads>(0.0f, 1.0f, 0.0f) +
+                     quads::dot<kQuads>(off, xy) * all<kQuads>(0.0f, 0.0f, 1.0f);
+  const F whole = unscaled / quads::dot<kQuads>(x, yz);
+  const F length = quads::largest<kQuads>(whole);
+  const F longest = all<kQuads>(kLongestStep_voxels);
+  const F from_below = whole > -longest ? whole : -longest;
+  const F step = from_below < longest ? from_below : longest;
+  rest += step;
+  const F t = map.t + step;
+  const Ints<kQuads> within = (t >= 0.0f) & (t <= 1.0f);
+  const Ints<kQuads> same_cell = within & quads::swizzle_ints<1, 2, 0, kQuads>(within) &
+                                 quads::swizzle_ints<2, 0, 1, kQuads>(within);
+  return (length <= last.anywhere_voxels) | ((length <= last.within_voxels) & same_cell);
+}
+
+// Slow, but it arrives from anywhere.
+Float4 by_contraction(const DisplacementTile& tile, const glm::mat3& inverse, Float4 target) {
+  constexpr int kMost = 400;
+  constexpr float kLast_voxels = 2e-5f;
+  Float4 rest = target;
+  for (int i = 0; i < kMost; ++i) {
+    const Float4 off = target - (rest + tile.at<1>(rest).u);
+    const glm::vec3 step = inverse * glm::vec3(off[0], off[1], off[2]);
+    rest += Float4{step.x, step.y, step.z, 0.0f};
+    if (std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)}) <= kLast_voxels) break;
+  }
+  return rest;
+}
+
+// rest: where to start from, then the answer. Step by step for all that are not there yet, so that
+// many are under way at a time and nothing waits for one to be done.
+template <int kQuads>
+[[gnu::always_inline]] inline void march_row(const DisplacementTile& tile, const LastSteps& last,
+                                             const glm::mat3& inverse, Float4 first, int count,
+                                             Float4* rest) {
+  using F = Floats<kQuads>;
+  const F first_target = all<kQuads>(first[0], first[1], first[2]);
+  // Those that are not there yet, and the last one again to fill a register.
+  std::int32_t waiting[kBrickEdge + kQuads];
+  int left = 0;
+  for (int x = 0; x < count; ++x) waiting[left++] = x;
+  for (int i = 0; i < kMostSteps && left > 0; ++i) {
+    for (int q = 0; q < kQuads; ++q) waiting[left + q] = waiting[left - 1];
+    const int before = left;
+    left = 0;
+    for (int w = 0; w < before; w += kQuads) {
+      const char* from[kQuads];
+      F along_x{};
+      for (int q = 0; q < kQuads; ++q) {
+        from[q] = reinterpret_cast<const char*>(rest + waiting[w + q]);
+        along_x[4 * q] = static_cast<float>(waiting[w + q]);
+      }
+      F next = quads::load(from, 0, F{});
+      const Ints<kQuads> there = newton_step<kQuads>(tile, last, first_target + along_x, next);
+      Float4 parts[kQuads];
+      __builtin_memcpy(parts, &next, sizeof next);
+      for (int q = 0; q < kQuads; ++q) {
+        const std::int32_t x = waiting[w + q];
+        rest[x] = parts[q];
+        waiting[left] = x;
+        left += w + q < before && there[4 * q] == 0;
+      }
+    }
+  }
+  for (int w = 0; w < left; ++w) {
+    const auto x = static_cast<float>(waiting[w]);
+    rest[waiting[w]] = by_contraction(tile, inverse, first + Float4{x, 0.0f, 0.0f, 0.0f});
+  }
+}
+
+MAILLE_ONE_OF_WIDTHS(void, march_row_of, march_row,
+                     (const DisplacementTile& tile, const LastSteps& last, const glm::mat3& inverse,
+                      Float4 first, int count, Float4* rest),
+                     (tile, last, inverse, first, count, rest))
+
+}  // namespace
+
+RestMarch::RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
+                     const VoxelBox& voxels, Registers registers)
+    : tile_(tile), injection_(injection), extent_(voxels.size()), registers_(registers) {
+  const glm::vec3 first(voxels.lo - tile.elements().lo);
+  first_ = Float4{first.x, first.y, first.z, 0.0f};
+  const auto count = static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(extent_.y);
+  for (auto& plane : planes_) plane.resize(count);
+}
+
+const Float4* RestMarch::next_row() {
+  const auto row_of = [&](int y, int z) {
+    return &planes_[static_cast<std::size_t>(z & 1)]
+                   [static_cast<std::size_t>(y) * static_cast<std::size_t>(extent_.x)];
+  };
+  const auto step_along = [&](int axis) {
+    const glm::vec3 on = injection_.inverse[axis];
+    return Float4{on.x, on.y, on.z, 0.0f};
+  };
+  Float4* const row = row_of(y_, z_);
+  const Float4 first = first_ + Float4{0.0f, static_cast<float>(y_), static_cast<float>(z_), 0.0f};
+  if (y_ > 0 && z_ > 0) {
+    // As far on from the row before as in the plane before: the creases between cells are there
+    // too.
+    const Float4* const last = row_of(y_ - 1, z_);
+    const Float4* const there = row_of(y_, z_ - 1);
+    const Float4* const last_there = row_of(y_ - 1, z_ - 1);
+    for (int x = 0; x < extent_.x; ++x) row[x] = last[x] + (there[x] - last_there[x]);
+  } else if (y_ > 0 || z_ > 0) {
+    const Float4* const last = y_ > 0 ? row_of(y_ - 1, z_) : row_of(y_, z_ - 1);
+    const Float4 on = step_along(y_ > 0 ? 1 : 2);
+    for (int x = 0; x < extent_.x; ++x) row[x] = last[x] + on;
+  } else {
+    row[0] = by_contraction(tile_, injection_.inverse, first);
+    for (int x = 1; x < extent_.x; ++x) row[x] = row[x - 1] + step_along(0);
+  }
+  const auto march = registers_ == Registers::widest ? march_row_of : march_row_of_16;
+  march(tile_, LastSteps(injection_.share), injection_.inverse, first, extent_.x, row);
+  if (++y_ == extent_.y) {
+    y_ = 0;
+    ++z_;
+  }
+  return row;
+}
+
+}  // namespace maille

@@ -1,0 +1,46 @@
+// Rest positions of a brick's voxels, one after the other: each starts where the ones before it say
+// that it should lie, and takes one Newton step on the trilinear map, seldom two.
+//
+// Only where the tile's map is known to put no two points in one place (DisplacementTile::
+// injection): there is one answer, and whatever way it is found it is the answer of the cell that
+// covers the voxel. Where it may not be so, cells have to look for voxels (rest_finder.h).
+//
+// x, y and z of a voxel lie side by side, and as many voxels as a register holds (quads.h): gathers
+// for each component of 16 voxels would take longer than the eight loads of each.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "resample/displacement_tile.h"
+
+namespace maille {
+
+enum class Registers {
+  widest,  // that the machine has
+  narrow   // 16 bytes, to compare with
+};
+
+class RestMarch {
+ public:
+  // voxels: a brick's. The tile must hold all elements of the cells that can cover them.
+  RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
+            const VoxelBox& voxels, Registers registers = Registers::widest);
+
+  // Of a row's voxels, from the tile's first element on, in voxels; rows by rising y, then z, none
+  // left out. Beyond the tile's elements: where the map of the nearest has it. The same bits for
+  // any width of registers.
+  const Float4* next_row();
+
+ private:
+  const DisplacementTile& tile_;
+  DisplacementTile::Injection injection_;
+  Float4 first_;  // voxel, from the tile's first element
+  Size3 extent_;
+  Registers registers_;
+  int y_ = 0;
+  int z_ = 0;
+  std::array<std::vector<Float4>, 2> planes_;  // rest positions of this one and the one before
+};
+
+}  // namespace maille

@@ -1,0 +1,66 @@
+// Trilinear values of a volume at a row of rest positions.
+//
+// In three loops over the row: where each lies, its eight values, and what they mix to. The first
+// and the last are the compiler's to take many neighbours at a time (several_widths.h).
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+#include "core/several_widths.h"
+#include "resample/deformed_cell.h"
+#include "volume/brick.h"
+
+namespace maille {
+
+class RowSampler {
+ public:
+  // Positions are counted from an element of the volume, in voxels.
+  RowSampler(Size3 size, VoxelIndex first);
+
+  // Row of `count` positions, at most a brick's. A point on an element, but for rounding, takes its
+  // value unmixed, so that whole-voxel shifts copy; equal values, infinite ones among them, mix to
+  // themselves, and no value counts that a point has nothing of. Also tells which lie in the
+  // volume, that reaches half a voxel beyond its elements.
+  template <class T>
+  void sample(std::span<const T> voxels, const Float4* rest, int count) {
+    locate(rest, count);
+    for (int x = 0; x < count; ++x) {
+      const T* const p = &voxels[static_cast<std::size_t>(offset_[x])];
+      const T* const q = p + step_z_;
+      corner_[0][x] = static_cast<float>(p[0]);
+      corner_[1][x] = static_cast<float>(p[step_x_]);
+      corner_[2][x] = static_cast<float>(p[step_y_]);
+      corner_[3][x] = static_cast<float>(p[step_y_ + step_x_]);
+      corner_[4][x] = static_cast<float>(q[0]);
+      corner_[5][x] = static_cast<float>(q[step_x_]);
+      corner_[6][x] = static_cast<float>(q[step_y_]);
+      corner_[7][x] = static_cast<float>(q[step_y_ + step_x_]);
+    }
+    mix(count);
+  }
+
+  float value(int x) const { return value_[x]; }
+  bool in_volume(int x) const { return in_volume_[x] != 0; }
+
+  void locate(const Float4* rest, int count);
+  glm::vec3 position(int x) const { return {at_[0][x], at_[1][x], at_[2][x]}; }
+
+ private:
+  void mix(int count);
+
+  VoxelIndex first_;
+  Size3 size_;
+  std::int64_t step_x_;
+  std::int64_t step_y_;
+  std::int64_t step_z_;
+  alignas(64) float at_[3][kBrickEdge];  // positions
+  alignas(64) float t_[3][kBrickEdge];   // in their cells
+  alignas(64) std::int64_t offset_[kBrickEdge];
+  alignas(64) std::int32_t in_volume_[kBrickEdge];
+  alignas(64) float corner_[8][kBrickEdge];
+  alignas(64) float value_[kBrickEdge];
+};
+
+}  // namespace maille
