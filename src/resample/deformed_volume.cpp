@@ -27,6 +27,36 @@ bool DeformedVolume::cut_in_sight(const VoxelBox& voxels) const {
   });
 }
 
+VoxelBox DeformedVolume::elements_over(const VoxelBox& voxels) const {
+  VoxelBox cells{voxels.lo - 1, voxels.hi};
+  for (const Entry& entry : entries) {
+    if (intersection(entry.covered, voxels).empty()) continue;
+    cells =
+        united(cells, cells_over(entry.reach, glm::dvec3(voxels.lo), glm::dvec3(voxels.hi - 1)));
+  }
+  return intersection({cells.lo, cells.hi + 2}, {VoxelIndex(0), size()});
+}
+
+std::optional<glm::ivec3> DeformedVolume::whole_shift(std::int64_t brick) const {
+  const BrickGrid& grid = lattice.grid();
+  const LatticeBrick* const here = lattice.brick(brick);
+  if (!here || cuts.brick(brick) || cut_in_sight(box(brick))) return std::nullopt;
+  const glm::ivec3 u = here->lowest();
+  if (u % kUnitsPerVoxel != glm::ivec3(0)) return std::nullopt;
+  const VoxelBox elements = elements_over(box(brick));
+  const BrickIndex lo = BrickGrid::brick_of(elements.lo);
+  const BrickIndex hi = BrickGrid::brick_of(elements.hi - 1);
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x; ++x) {
+        const LatticeBrick* const other = lattice.brick(grid.linear({x, y, z}));
+        if (!other || other->lowest() != u || other->highest() != u) return std::nullopt;
+      }
+    }
+  }
+  return u / kUnitsPerVoxel;
+}
+
 VoxelBox cells_over(const Reach& reach, glm::dvec3 lo, glm::dvec3 hi) {
   VoxelBox cells;
   for (int c = 0; c < 3; ++c) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "deform/cuts.h"
@@ -32,6 +33,11 @@ struct DeformedVolume {
   const Cuts* cuts_or_null() const { return any_cut ? &cuts : nullptr; }
   // Whether moved cut cells may touch one of the voxels.
   bool cut_in_sight(const VoxelBox& voxels) const;
+  // Elements of all cells that can cover one of the voxels, and some around them.
+  VoxelBox elements_over(const VoxelBox& voxels) const;
+  // By how many whole voxels all that can cover a brick is displaced, where it is that simple.
+  std::optional<glm::ivec3> whole_shift(std::int64_t brick) const;
+  VoxelBox box(std::int64_t brick) const { return lattice.grid().box(lattice.grid().brick(brick)); }
 };
 
 // Those of a reach's cells whose bounds allow them to touch a box of points (voxel space).

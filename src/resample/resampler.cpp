@@ -1,7 +1,6 @@
 #include "resample/resampler.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -14,6 +13,7 @@
 #include "resample/rest_finder.h"
 #include "resample/rest_march.h"
 #include "resample/row_sampler.h"
+#include "resample/row_writer.h"
 
 namespace maille {
 namespace {
@@ -24,74 +24,6 @@ BrickClaims& claims_of_this_thread() {
   return claims;
 }
 
-template <class T>
-T stored(double value) {
-  if constexpr (std::is_integral_v<T>) {
-    const double rounded = std::nearbyint(value);
-    return static_cast<T>(std::clamp(rounded, double{std::numeric_limits<T>::lowest()},
-                                     double{std::numeric_limits<T>::max()}));
-  } else {
-    return static_cast<T>(value);
-  }
-}
-
-// The same of a float, whose integers go no further than it can tell.
-template <class T>
-T stored_float(float value) {
-  if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
-    constexpr auto kLowest = static_cast<float>(std::numeric_limits<T>::lowest());
-    constexpr auto kMost = static_cast<float>(std::numeric_limits<T>::max());
-    constexpr float kRounding = 12582912.0f;
-    const float rounded = (value + kRounding) - kRounding;
-    return static_cast<T>(static_cast<std::int32_t>(std::min(std::max(rounded, kLowest), kMost)));
-  } else {
-    return stored<T>(static_cast<double>(value));
-  }
-}
-
-template <class T>
-T trilinear(std::span<const T> voxels, Size3 size, glm::vec3 rest) {
-  glm::vec3 t;
-  VoxelIndex base;
-  for (int c = 0; c < 3; ++c) {
-    const float inside = std::clamp(rest[c], 0.0f, static_cast<float>(size[c] - 1));
-    base[c] = std::min(static_cast<int>(inside), std::max(0, size[c] - 2));
-    t[c] = inside - static_cast<float>(base[c]);
-  }
-  const std::int64_t step_x = size.x > 1 ? 1 : 0;
-  const std::int64_t step_y = size.y > 1 ? size.x : 0;
-  const std::int64_t step_z = size.z > 1 ? std::int64_t{size.x} * size.y : 0;
-  const T* at = &voxels[static_cast<std::size_t>(linear_index(base, size))];
-  const auto along_x = [&](const T* p) {
-    const auto a = static_cast<float>(p[0]);
-    // Equal ends, infinite ones among them, must give themselves back.
-    return t.x == 0.0f ? a : a + t.x * (static_cast<float>(p[step_x]) - a);
-  };
-  const auto mix = [](float a, float b, float s) { return s == 0.0f ? a : a + s * (b - a); };
-  const float y0 = mix(along_x(at), along_x(at + step_y), t.y);
-  const float y1 = mix(along_x(at + step_z), along_x(at + step_z + step_y), t.y);
-  return stored<T>(mix(y0, y1, t.z));
-}
-
-// Kept by thread, as the claims are.
-DisplacementTile& tile_of_this_thread() {
-  static thread_local DisplacementTile tile;
-  return tile;
-}
-
-bool rests(Float4 u) { return u[0] == 0.0f && u[1] == 0.0f && u[2] == 0.0f; }
-
-template <class T>
-void flip_sign_bits(T* row) {
-  if constexpr (std::is_integral_v<T>) {
-    using Bits = std::make_unsigned_t<T>;
-    constexpr Bits kSign = static_cast<Bits>(Bits{1} << (8 * sizeof(T) - 1));
-    for (int x = 0; x < kBrickEdge; ++x) {
-      row[x] = static_cast<T>(static_cast<Bits>(row[x]) ^ kSign);
-    }
-  }
-}
-
 }  // namespace
 
 struct Resampler::State {
@@ -100,95 +32,29 @@ struct Resampler::State {
   ResampleMethod method;
   double background_value;
 
-  std::optional<RestMarch> march(std::int64_t brick) const;
+  ResampleCounts copy(const VoxelBox& voxels, glm::ivec3 shift, std::span<std::byte> out,
+                      bool flip_sign_bit) const;
   ResampleCounts follow(RestMarch& march, const VoxelBox& voxels, std::span<std::byte> out,
                         bool flip_sign_bit) const;
+  ResampleCounts claim(std::int64_t brick, std::span<std::byte> out, bool flip_sign_bit) const;
 
   Size3 size() const { return volume.size(); }
-  VoxelBox box(std::int64_t brick) const {
-    const BrickGrid& grid = deformed.lattice.grid();
-    return grid.box(grid.brick(brick));
+  const auto& at(auto voxels, VoxelIndex voxel) const {
+    return voxels[static_cast<std::size_t>(linear_index(voxel, size()))];
   }
   bool carved(std::int64_t brick) const {
     const CutBrick* cuts = deformed.cuts.brick(brick);
     return cuts && std::any_of(cuts->carved.begin(), cuts->carved.end(),
                                [](std::uint32_t bits) { return bits != 0; });
   }
-  // Elements of all cells that can cover a voxel of a box, and a margin around them.
-  VoxelBox elements_over(const VoxelBox& voxels) const {
-    VoxelBox cells{voxels.lo - 1, voxels.hi};
-    for (const DeformedVolume::Entry& entry : deformed.entries) {
-      if (intersection(entry.covered, voxels).empty()) continue;
-      cells =
-          united(cells, cells_over(entry.reach, glm::dvec3(voxels.lo), glm::dvec3(voxels.hi - 1)));
-    }
-    return intersection({cells.lo, cells.hi + 2}, {VoxelIndex(0), size()});
-  }
   bool touched(std::int64_t brick) const {
     if (deformed.lattice.brick(brick) || carved(brick)) return true;
-    const VoxelBox voxels = box(brick);
+    const VoxelBox voxels = deformed.box(brick);
     return std::any_of(deformed.entries.begin(), deformed.entries.end(), [&](const auto& entry) {
       return !intersection(entry.covered, voxels).empty();
     });
   }
 };
-
-// None where cells have to look for voxels: beside cuts, and where two cells might cover one voxel.
-std::optional<RestMarch> Resampler::State::march(std::int64_t brick) const {
-  // Where material is squeezed most of it is between voxels, and writing it out takes longer than
-  // all else.
-  constexpr std::int64_t kMostElementsAVoxel = 8;
-  constexpr double kSurely = 0.98;
-  const VoxelBox voxels = box(brick);
-  if (deformed.cuts.brick(brick) || deformed.cut_in_sight(voxels)) return std::nullopt;
-  const VoxelBox elements = elements_over(voxels);
-  if (voxel_count(elements.size()) > kMostElementsAVoxel * kBrickVoxels) return std::nullopt;
-  DisplacementTile& tile = tile_of_this_thread();
-  tile.fill(deformed.lattice, elements);
-  const bool at_border =
-      glm::any(glm::equal(elements.lo, VoxelIndex(0))) || glm::any(glm::equal(elements.hi, size()));
-  const auto injection = tile.injection(at_border);
-  if (!(injection.share < kSurely)) return std::nullopt;
-  return RestMarch(tile, injection, voxels);
-}
-
-ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels,
-                                        std::span<std::byte> out, bool flip_sign_bit) const {
-  const DisplacementTile& tile = tile_of_this_thread();
-  const VoxelIndex first = tile.elements().lo;
-  RowSampler sampler(size(), first);
-  ResampleCounts counts;
-  counts.voxels = voxel_count(voxels.size());
-  with_voxel_type(volume.type(), [&]<class T>() {
-    const auto samples = volume.voxels<T>();
-    const T background = stored<T>(background_value);
-    T row[kBrickEdge] = {};
-    std::byte* to = out.data();
-    for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
-      for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-        const Float4* const rest = march.next_row();
-        const T* const own =
-            &samples[static_cast<std::size_t>(linear_index({voxels.lo.x, y, z}, size()))];
-        const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
-        sampler.sample(samples, rest, voxels.size().x);
-        for (int x = 0; x < voxels.size().x; ++x) {
-          const bool moved = !rests(u[x]);
-          const bool filled = sampler.in_volume(x);
-          const T value = filled ? stored_float<T>(sampler.value(x)) : background;
-          row[x] = moved ? value : own[x];
-          counts.moved_voxels += moved;
-          counts.background_voxels += moved && !filled;
-        }
-        if (flip_sign_bit) flip_sign_bits(row);
-        const std::size_t bytes = static_cast<std::size_t>(voxels.size().x) * sizeof(T);
-        std::memcpy(to, row, bytes);
-        to += bytes;
-      }
-    }
-  });
-  if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
-  return counts;
-}
 
 ResampleCounts& ResampleCounts::operator+=(const ResampleCounts& other) {
   voxels += other.voxels;
@@ -220,68 +86,156 @@ Resampler::Resampler(Volume volume, Lattice lattice, Cuts cuts, ResampleMethod m
 Resampler::~Resampler() = default;
 Resampler::Resampler(Resampler&&) noexcept = default;
 
-ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
-                                   bool flip_sign_bit) const {
-  const State& state = *state_;
-  const VoxelBox box = state.box(brick);
-  const Size3 extent = box.size();
-  const bool nearest = state.method == ResampleMethod::nearest;
+// By whole voxels.
+ResampleCounts Resampler::State::copy(const VoxelBox& voxels, glm::ivec3 shift,
+                                      std::span<std::byte> out, bool flip_sign_bit) const {
   ResampleCounts counts;
-  counts.voxels = voxel_count(extent);
-  const bool touched = state.touched(brick);
-  if (touched && !nearest) {
-    if (auto march = state.march(brick)) return state.follow(*march, box, out, flip_sign_bit);
-  }
-  BrickClaims& claims = claims_of_this_thread();
-  if (touched) {
-    counts.moved_voxels = claims.open(state.deformed, brick);
-    if (nearest) {
-      find_nearest(state.deformed, box, claims);
-    } else {
-      find_rest(state.deformed, box, claims);
-    }
-    for (std::size_t i = 0; i < static_cast<std::size_t>(counts.voxels); ++i) {
-      if (claims.score[i] != BrickClaims::kUncovered) continue;
-      ++counts.background_voxels;
-      const bool by_cut = !claims.cut.empty() && claims.cut[i] != 0;
-      counts.unfilled_voxels += !by_cut && !state.deformed.border_moved;
-    }
-  }
-  with_voxel_type(state.volume.type(), [&]<class T>() {
-    const auto voxels = state.volume.voxels<T>();
-    const T background = stored<T>(state.background_value);
-    const auto claimed = [&](std::size_t i) {
-      if (claims.score[i] == BrickClaims::kUncovered) return background;
-      if (nearest) return voxels[static_cast<std::size_t>(claims.element[i])];
-      const bool in_octant = !claims.cut.empty() && (claims.cut[i] & BrickClaims::in_octant) != 0;
-      if (!in_octant) return trilinear(voxels, state.size(), claims.rest[i]);
-      const VoxelIndex element = voxel_index(claims.element[i], state.size());
-      return stored<T>(value_in_octant(voxels, state.deformed.cuts, element, claims.rest[i]));
-    };
-    T row[kBrickEdge] = {};
-    std::byte* to = out.data();
-    std::size_t i = 0;
-    for (int z = box.lo.z; z < box.hi.z; ++z) {
-      for (int y = box.lo.y; y < box.hi.y; ++y) {
-        const T* own =
-            &voxels[static_cast<std::size_t>(linear_index({box.lo.x, y, z}, state.size()))];
-        for (int x = 0; x < extent.x; ++x, ++i) {
-          row[x] = touched && claims.score[i] != BrickClaims::kOwned ? claimed(i) : own[x];
+  counts.voxels = voxel_count(voxels.size());
+  if (shift != glm::ivec3(0)) counts.moved_voxels = counts.voxels;
+  // Voxels that something of the volume lies in now.
+  const VoxelBox filled = intersection({shift, size() + shift}, voxels);
+  const int count = filled.empty() ? 0 : filled.size().x;
+  counts.background_voxels = counts.voxels - (count == 0 ? 0 : voxel_count(filled.size()));
+  if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
+  with_voxel_type(volume.type(), [&]<class T>() {
+    const auto samples = volume.voxels<T>();
+    const int width = voxels.size().x;
+    RowWriter<T> writer(out, flip_sign_bit);
+    T row[kBrickEdge];
+    for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
+      for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
+        const bool any =
+            count > 0 && z >= filled.lo.z && z < filled.hi.z && y >= filled.lo.y && y < filled.hi.y;
+        if (any && count == width) {
+          writer.write(&at(samples, VoxelIndex(voxels.lo.x, y, z) - shift), width);
+          continue;
         }
-        if (flip_sign_bit) flip_sign_bits(row);
-        const std::size_t bytes = static_cast<std::size_t>(extent.x) * sizeof(T);
-        std::memcpy(to, row, bytes);
-        to += bytes;
+        std::fill_n(row, width, stored<T>(background_value));
+        if (any) {
+          std::copy_n(&at(samples, VoxelIndex(filled.lo.x, y, z) - shift), count,
+                      row + (filled.lo.x - voxels.lo.x));
+        }
+        writer.write(row, width);
       }
     }
   });
   return counts;
 }
 
+ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels,
+                                        std::span<std::byte> out, bool flip_sign_bit) const {
+  const DisplacementTile& tile = march.tile();
+  const VoxelIndex first = tile.elements().lo;
+  RowSampler sampler(size(), first);
+  ResampleCounts counts;
+  counts.voxels = voxel_count(voxels.size());
+  with_voxel_type(volume.type(), [&]<class T>() {
+    const auto samples = volume.voxels<T>();
+    const T background = stored<T>(background_value);
+    const int width = voxels.size().x;
+    RowWriter<T> writer(out, flip_sign_bit);
+    T row[kBrickEdge];
+    for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
+      for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
+        sampler.sample(samples, march.next_row(), width);
+        const T* const own = &at(samples, {voxels.lo.x, y, z});
+        const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
+        for (int x = 0; x < width; ++x) {
+          const bool moved = u[x][0] != 0.0f || u[x][1] != 0.0f || u[x][2] != 0.0f;
+          const bool filled = sampler.in_volume(x);
+          const T value = filled ? stored_float<T>(sampler.value(x)) : background;
+          row[x] = moved ? value : own[x];
+          counts.moved_voxels += moved;
+          counts.background_voxels += moved && !filled;
+        }
+        writer.write(row, width);
+      }
+    }
+  });
+  if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
+  return counts;
+}
+
+ResampleCounts Resampler::State::claim(std::int64_t brick, std::span<std::byte> out,
+                                       bool flip_sign_bit) const {
+  const VoxelBox box = deformed.box(brick);
+  const int width = box.size().x;
+  const bool nearest = method == ResampleMethod::nearest;
+  ResampleCounts counts;
+  counts.voxels = voxel_count(box.size());
+  BrickClaims& claims = claims_of_this_thread();
+  counts.moved_voxels = claims.open(deformed, brick);
+  if (nearest) {
+    find_nearest(deformed, box, claims);
+  } else {
+    find_rest(deformed, box, claims);
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(counts.voxels); ++i) {
+    if (claims.score[i] != BrickClaims::kUncovered) continue;
+    ++counts.background_voxels;
+    const bool by_cut = !claims.cut.empty() && claims.cut[i] != 0;
+    counts.unfilled_voxels += !by_cut && !deformed.border_moved;
+  }
+  RowSampler sampler(size(), box.lo);
+  const auto from_here = [&](glm::vec3 rest) {
+    const glm::vec3 at = rest - glm::vec3(box.lo);
+    return Float4{at.x, at.y, at.z, 0.0f};
+  };
+  with_voxel_type(volume.type(), [&]<class T>() {
+    const auto voxels = volume.voxels<T>();
+    const T background = stored<T>(background_value);
+    RowWriter<T> writer(out, flip_sign_bit);
+    T row[kBrickEdge];
+    Float4 rest[kBrickEdge];
+    std::size_t i = 0;
+    for (int z = box.lo.z; z < box.hi.z; ++z) {
+      for (int y = box.lo.y; y < box.hi.y; ++y) {
+        const T* const own = &at(voxels, {box.lo.x, y, z});
+        if (!nearest) {
+          std::transform(&claims.rest[i], &claims.rest[i] + width, rest, from_here);
+          sampler.sample(voxels, rest, width);
+        }
+        for (int x = 0; x < width; ++x, ++i) {
+          if (claims.score[i] == BrickClaims::kOwned) {
+            row[x] = own[x];
+          } else if (claims.score[i] == BrickClaims::kUncovered) {
+            row[x] = background;
+          } else if (nearest) {
+            row[x] = voxels[static_cast<std::size_t>(claims.element[i])];
+          } else if (!claims.cut.empty() && (claims.cut[i] & BrickClaims::in_octant) != 0) {
+            const VoxelIndex element = voxel_index(claims.element[i], size());
+            row[x] = stored<T>(value_in_octant(voxels, deformed.cuts, element, claims.rest[i]));
+          } else {
+            row[x] = stored_float<T>(sampler.value(x));
+          }
+        }
+        writer.write(row, width);
+      }
+    }
+  });
+  return counts;
+}
+
+ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
+                                   bool flip_sign_bit) const {
+  const State& state = *state_;
+  const VoxelBox box = state.deformed.box(brick);
+  if (!state.touched(brick)) return state.copy(box, glm::ivec3(0), out, flip_sign_bit);
+  if (const auto shift = state.deformed.whole_shift(brick)) {
+    return state.copy(box, *shift, out, flip_sign_bit);
+  }
+  if (state.method == ResampleMethod::linear) {
+    if (auto march = march_through(state.deformed, brick)) {
+      return state.follow(*march, box, out, flip_sign_bit);
+    }
+  }
+  return state.claim(brick, out, flip_sign_bit);
+}
+
 void Resampler::rest_positions(std::int64_t brick, std::span<glm::vec3> out) const {
-  const VoxelBox box = state_->box(brick);
-  if (auto march = state_->march(brick)) {
-    const VoxelIndex first = tile_of_this_thread().elements().lo;
+  const VoxelBox box = state_->deformed.box(brick);
+  if (auto march = march_through(state_->deformed, brick)) {
+    const VoxelIndex first = march->tile().elements().lo;
     RowSampler sampler(state_->size(), first);
     const int width = box.size().x;
     for (auto to = out.begin(); to < out.begin() + voxel_count(box.size()); to += width) {

@@ -166,4 +166,22 @@ const Float4* RestMarch::next_row() {
   return row;
 }
 
+std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick) {
+  // Where material is squeezed most of it is between voxels, and writing it out takes longer than
+  // all else.
+  constexpr std::int64_t kMostElementsAVoxel = 8;
+  constexpr double kSurely = 0.98;
+  static thread_local DisplacementTile tile;
+  const VoxelBox voxels = volume.box(brick);
+  if (volume.cuts.brick(brick) || volume.cut_in_sight(voxels)) return std::nullopt;
+  const VoxelBox elements = volume.elements_over(voxels);
+  if (voxel_count(elements.size()) > kMostElementsAVoxel * kBrickVoxels) return std::nullopt;
+  tile.fill(volume.lattice, elements);
+  const bool at_border = glm::any(glm::equal(elements.lo, VoxelIndex(0))) ||
+                         glm::any(glm::equal(elements.hi, VoxelIndex(volume.size())));
+  const auto injection = tile.injection(at_border);
+  if (!(injection.share < kSurely)) return std::nullopt;
+  return RestMarch(tile, injection, voxels);
+}
+
 }  // namespace maille

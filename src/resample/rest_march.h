@@ -10,8 +10,10 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
+#include "resample/deformed_volume.h"
 #include "resample/displacement_tile.h"
 
 namespace maille {
@@ -24,6 +26,7 @@ enum class Registers {
 class RestMarch {
  public:
   // voxels: a brick's. The tile must hold all elements of the cells that can cover them.
+  // No longer than the tile.
   RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
             const VoxelBox& voxels, Registers registers = Registers::widest);
 
@@ -31,6 +34,7 @@ class RestMarch {
   // left out. Beyond the tile's elements: where the map of the nearest has it. The same bits for
   // any width of registers.
   const Float4* next_row();
+  const DisplacementTile& tile() const { return tile_; }
 
  private:
   const DisplacementTile& tile_;
@@ -42,5 +46,10 @@ class RestMarch {
   int z_ = 0;
   std::array<std::vector<Float4>, 2> planes_;  // rest positions of this one and the one before
 };
+
+// Through the voxels of a brick of a deformed volume, with a tile that this thread keeps for it
+// until it asks for another. None beside cuts, nor where two cells might cover one voxel, nor where
+// there is much more material than voxels.
+std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick);
 
 }  // namespace maille
