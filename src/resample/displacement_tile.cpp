@@ -89,16 +89,19 @@ DisplacementTile::Injection DisplacementTile::injection(bool with_beyond) const 
   }
   constexpr double kFlat = 1e-6;
   if (!(std::abs(glm::determinant(middle)) > kFlat)) {
-    return {std::numeric_limits<double>::infinity(), glm::mat3(1.0f)};
+    return {std::numeric_limits<double>::infinity()};
   }
   const glm::dmat3 inverse = glm::inverse(middle);
-  Injection injection{0.0, glm::mat3(inverse)};
+  Injection injection{0.0, glm::mat3(inverse), glm::vec3(0)};
   for (int c = 0; c < 3; ++c) {
     double sum = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
       for (int k = 0; k < 3; ++k) sum += std::abs(inverse[k][c]) * away[axis][k];
     }
     injection.share = std::max(injection.share, sum);
+    double extent = 0.0;
+    for (int axis = 0; axis < 3; ++axis) extent += std::abs(middle[axis][c]) + away[axis][c];
+    injection.largest_cell_voxels[c] = static_cast<float>(extent);
   }
   return injection;
 }

@@ -10,6 +10,7 @@
 #include "resample/corner_planes.h"
 #include "resample/cut_value.h"
 #include "resample/nearest_finder.h"
+#include "resample/nearest_search.h"
 #include "resample/rest_finder.h"
 #include "resample/rest_march.h"
 #include "resample/row_sampler.h"
@@ -34,8 +35,12 @@ struct Resampler::State {
 
   ResampleCounts copy(const VoxelBox& voxels, glm::ivec3 shift, std::span<std::byte> out,
                       bool flip_sign_bit) const;
+  // Where each voxel has one answer; none: elsewhere.
+  std::optional<ResampleCounts> march(std::int64_t brick, std::span<std::byte> out,
+                                      bool flip_sign_bit) const;
+  template <class Values>
   ResampleCounts follow(RestMarch& march, const VoxelBox& voxels, std::span<std::byte> out,
-                        bool flip_sign_bit) const;
+                        bool flip_sign_bit, Values&& values) const;
   ResampleCounts claim(std::int64_t brick, std::span<std::byte> out, bool flip_sign_bit) const;
 
   Size3 size() const { return volume.size(); }
@@ -122,8 +127,11 @@ ResampleCounts Resampler::State::copy(const VoxelBox& voxels, glm::ivec3 shift,
   return counts;
 }
 
+// Each voxel the value that `values` gives for where it was at rest; it is asked row by row.
+template <class Values>
 ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels,
-                                        std::span<std::byte> out, bool flip_sign_bit) const {
+                                        std::span<std::byte> out, bool flip_sign_bit,
+                                        Values&& values) const {
   const DisplacementTile& tile = march.tile();
   const VoxelIndex first = tile.elements().lo;
   RowSampler sampler(size(), first);
@@ -137,13 +145,14 @@ ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels
     T row[kBrickEdge];
     for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
       for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-        sampler.sample(samples, march.next_row(), width);
+        const Float4* const rest = march.next_row();
+        values(samples, sampler, rest, VoxelIndex(voxels.lo.x, y, z), row);
         const T* const own = &at(samples, {voxels.lo.x, y, z});
         const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
         for (int x = 0; x < width; ++x) {
           const bool moved = u[x][0] != 0.0f || u[x][1] != 0.0f || u[x][2] != 0.0f;
           const bool filled = sampler.in_volume(x);
-          const T value = filled ? stored_float<T>(sampler.value(x)) : background;
+          const T value = filled ? row[x] : background;
           row[x] = moved ? value : own[x];
           counts.moved_voxels += moved;
           counts.background_voxels += moved && !filled;
@@ -154,6 +163,38 @@ ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels
   });
   if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
   return counts;
+}
+
+std::optional<ResampleCounts> Resampler::State::march(std::int64_t brick, std::span<std::byte> out,
+                                                      bool flip_sign_bit) const {
+  const VoxelBox box = deformed.box(brick);
+  const int width = box.size().x;
+  if (method == ResampleMethod::linear) {
+    auto march = march_through(deformed, brick);
+    if (!march) return std::nullopt;
+    return follow(*march, box, out, flip_sign_bit,
+                  [&]<class T>(std::span<const T> samples, RowSampler& sampler, const Float4* rest,
+                               VoxelIndex, T* row) {
+                    sampler.sample(samples, rest, width);
+                    for (int x = 0; x < width; ++x) row[x] = stored_float<T>(sampler.value(x));
+                  });
+  }
+  auto march = march_through(deformed, brick, NearestSearch::kMargin);
+  if (!march) return std::nullopt;
+  const NearestSearch nearest(march->tile(), march->injection(), deformed.spacing_mm);
+  if (!nearest.within_margin()) return std::nullopt;
+  const VoxelIndex first = march->tile().elements().lo;
+  return follow(*march, box, out, flip_sign_bit,
+                [&]<class T>(std::span<const T> samples, RowSampler& sampler, const Float4* rest,
+                             VoxelIndex voxel, T* row) {
+                  sampler.locate(rest, width);
+                  const glm::vec3 now(voxel - first);
+                  for (int x = 0; x < width; ++x) {
+                    if (!sampler.in_volume(x)) continue;
+                    const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};
+                    row[x] = at(samples, first + nearest(here, rest[x]));
+                  }
+                });
 }
 
 ResampleCounts Resampler::State::claim(std::int64_t brick, std::span<std::byte> out,
@@ -224,11 +265,7 @@ ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
   if (const auto shift = state.deformed.whole_shift(brick)) {
     return state.copy(box, *shift, out, flip_sign_bit);
   }
-  if (state.method == ResampleMethod::linear) {
-    if (auto march = march_through(state.deformed, brick)) {
-      return state.follow(*march, box, out, flip_sign_bit);
-    }
-  }
+  if (const auto counts = state.march(brick, out, flip_sign_bit)) return *counts;
   return state.claim(brick, out, flip_sign_bit);
 }
 

@@ -1,11 +1,12 @@
 // From moved elements to voxels: what value does each voxel of a brick show?
 //
-// Image order where it is known to have one answer for each voxel (rest_march.h): Newton from what
-// the neighbours found. Else, beside cuts and folds, object order: every deformed cell (the box
-// between 8 neighbouring elements) finds the voxels it covers, so nothing inside the deformed
-// volume is left unfilled. Newton from a neighbour's answer would pick a branch by continuity at
-// folds, and the paper's walk from voxel to voxel finds "more than 99 %". Where several cells cover
-// a voxel the one whose element lies nearest wins, ties to the lower element index.
+// Image order where it is known to have one answer for each voxel (rest_march.h, nearest_search.h):
+// Newton from what the neighbours found. Else, beside cuts and folds, object order: every deformed
+// cell (the box between 8 neighbouring elements) finds the voxels it covers, so nothing inside the
+// deformed volume is left unfilled. Newton from a neighbour's answer would pick a branch by
+// continuity at folds, and the paper's walk from voxel to voxel finds "more than 99 %". Where
+// several cells cover a voxel the one whose element lies nearest wins, ties to the lower element
+// index.
 //
 // The volume reaches half a voxel beyond its border elements; a voxel that no cell covers gets the
 // background value. An element at rest owns its voxel: untouched volume comes back bit for bit.

@@ -166,7 +166,8 @@ const Float4* RestMarch::next_row() {
   return row;
 }
 
-std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick) {
+std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick,
+                                       int margin) {
   // Where material is squeezed most of it is between voxels, and writing it out takes longer than
   // all else.
   constexpr std::int64_t kMostElementsAVoxel = 8;
@@ -174,7 +175,9 @@ std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_
   static thread_local DisplacementTile tile;
   const VoxelBox voxels = volume.box(brick);
   if (volume.cuts.brick(brick) || volume.cut_in_sight(voxels)) return std::nullopt;
-  const VoxelBox elements = volume.elements_over(voxels);
+  VoxelBox elements = volume.elements_over(voxels);
+  elements = intersection({elements.lo - margin, elements.hi + margin},
+                          {VoxelIndex(0), VoxelIndex(volume.size())});
   if (voxel_count(elements.size()) > kMostElementsAVoxel * kBrickVoxels) return std::nullopt;
   tile.fill(volume.lattice, elements);
   const bool at_border = glm::any(glm::equal(elements.lo, VoxelIndex(0))) ||

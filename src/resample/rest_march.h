@@ -35,6 +35,7 @@ class RestMarch {
   // any width of registers.
   const Float4* next_row();
   const DisplacementTile& tile() const { return tile_; }
+  const DisplacementTile::Injection& injection() const { return injection_; }
 
  private:
   const DisplacementTile& tile_;
@@ -49,7 +50,8 @@ class RestMarch {
 
 // Through the voxels of a brick of a deformed volume, with a tile that this thread keeps for it
 // until it asks for another. None beside cuts, nor where two cells might cover one voxel, nor where
-// there is much more material than voxels.
-std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick);
+// there is much more material than voxels. The tile reaches `margin` elements further than it must.
+std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick,
+                                       int margin = 0);
 
 }  // namespace maille

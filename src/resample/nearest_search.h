@@ -1,0 +1,41 @@
+// Which element lies nearest to a point, where the point at rest that lies there is known and no
+// two points of the tile come to lie on one another.
+//
+// How far to look: with M the injection's inverse and s its share, an element whose rest position
+// is D away from the point's lies so far off that |M (x_e - x) - D| <= s |D| (largest components).
+// So none is nearer than an element at distance d that is further than
+//
+//     |D_c| <= m_c d + s m d / (1 - s),   m_c the length of M's row c per mm, m the largest of
+//     them,
+//
+// away along some axis c: a box of two or three elements each way, where cells are not drawn long.
+// That holds for every lattice with an injection, not only for smooth ones: it is not a guess.
+#pragma once
+
+#include "resample/displacement_tile.h"
+
+namespace maille {
+
+class NearestSearch {
+ public:
+  // Elements that a search may look at beyond the cells that can cover the points.
+  static constexpr int kMargin = 2;
+
+  NearestSearch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
+                glm::vec3 spacing_mm);
+
+  // Whether no search looks further than that, whatever the point.
+  bool within_margin() const { return within_margin_; }
+
+  // Counted from the tile's first element, both points in voxels: where it lies now and was at rest
+  // (in the volume). Ties to the lower element.
+  VoxelIndex operator()(Float4 now, Float4 rest) const;
+
+ private:
+  const DisplacementTile& tile_;
+  Float4 spacing_mm_;
+  glm::vec3 reach_{0};  // voxels at rest for each mm of distance
+  bool within_margin_ = false;
+};
+
+}  // namespace maille
