@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/nearest_whole.h"
 #include "core/several_widths.h"
 
 namespace maille {
@@ -12,8 +13,6 @@ namespace {
 // Of what is furthest: it takes 2^13 to 2^14 units, which are powers of two, so that what is kept
 // is kept as it is again.
 constexpr int kBits = 14;
-// Adding and taking off this rounds to an integer, ties to even; the loop stays one of vectors.
-constexpr float kRounding = 12582912.0f;
 
 MAILLE_FOR_SEVERAL_WIDTHS
 float largest(const float* values, int count) {
@@ -33,8 +32,7 @@ float largest(const float* values, int count) {
 MAILLE_FOR_SEVERAL_WIDTHS
 void narrow(const float* from, float units_per_mm, int count, std::int16_t* to) {
   for (int x = 0; x < count; ++x) {
-    to[x] = static_cast<std::int16_t>(
-        static_cast<int>((from[x] * units_per_mm + kRounding) - kRounding));
+    to[x] = static_cast<std::int16_t>(static_cast<int>(nearest_whole(from[x] * units_per_mm)));
   }
 }
 

@@ -34,6 +34,11 @@ void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
   last_cell_ = glm::max(last_ - 1.0f, glm::vec3(0));
   u_.resize(static_cast<std::size_t>(voxel_count(elements.size())));
   const BrickGrid& grid = lattice.grid();
+  common_voxels_ = lattice.u((elements.lo + elements.hi) / 2) / kUnitsPerVoxel;
+  const glm::ivec3 common = common_voxels_ * kUnitsPerVoxel;
+  const Float4 at_rest =
+      -Float4{static_cast<float>(common_voxels_.x), static_cast<float>(common_voxels_.y),
+              static_cast<float>(common_voxels_.z), 0.0f};
   Float4* out = u_.data();
   for (int z = elements.lo.z; z < elements.hi.z; ++z) {
     for (int y = elements.lo.y; y < elements.hi.y; ++y) {
@@ -42,7 +47,7 @@ void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
         const LatticeBrick* const brick =
             lattice.brick(grid.linear(BrickGrid::brick_of({x, y, z})));
         if (!brick) {
-          out = std::fill_n(out, end - x, Float4{});
+          out = std::fill_n(out, end - x, at_rest);
           x = end;
           continue;
         }
@@ -52,9 +57,10 @@ void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
         }
         for (; x < end; ++x) {
           const int i = x & 31;
-          *out++ = Float4{static_cast<float>(u[0][i]), static_cast<float>(u[1][i]),
-                          static_cast<float>(u[2][i]), 0.0f} *
-                   splat(kVoxelsFromUnits);
+          *out++ =
+              Float4{static_cast<float>(u[0][i] - common.x), static_cast<float>(u[1][i] - common.y),
+                     static_cast<float>(u[2][i] - common.z), 0.0f} *
+              splat(kVoxelsFromUnits);
         }
       }
     }

@@ -34,7 +34,11 @@ class DisplacementTile {
   };
   Injection injection(bool with_beyond) const;
 
-  // u (voxels) at the element; x, y, z counted from the first.
+  // Far from rest floats would have no digits left for what matters: u is kept less so many whole
+  // voxels, that are common to all. Where points lie now is less them too.
+  glm::ivec3 common_voxels() const { return common_voxels_; }
+
+  // u at the element (voxels, less what is common); x, y, z counted from the first.
   const Float4* row(int y, int z) const {
     return &u_[static_cast<std::size_t>((z * height_ + y) * width_)];
   }
@@ -105,6 +109,7 @@ class DisplacementTile {
 
  private:
   VoxelBox elements_;
+  glm::ivec3 common_voxels_{0};
   int width_ = 0;
   int height_ = 0;
   int depth_ = 0;

@@ -27,8 +27,8 @@ class NearestSearch {
   // Whether no search looks further than that, whatever the point.
   bool within_margin() const { return within_margin_; }
 
-  // Counted from the tile's first element, both points in voxels: where it lies now and was at rest
-  // (in the volume). Ties to the lower element.
+  // Counted from the tile's first element, both points in voxels: where it lies now (less what is
+  // common to the tile) and was at rest (in the volume). Ties to the lower element.
   VoxelIndex operator()(Float4 now, Float4 rest) const;
 
  private:

@@ -134,6 +134,7 @@ ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels
                                         Values&& values) const {
   const DisplacementTile& tile = march.tile();
   const VoxelIndex first = tile.elements().lo;
+  const glm::vec3 at_rest(-tile.common_voxels());
   RowSampler sampler(size(), first);
   ResampleCounts counts;
   counts.voxels = voxel_count(voxels.size());
@@ -150,7 +151,7 @@ ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels
         const T* const own = &at(samples, {voxels.lo.x, y, z});
         const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
         for (int x = 0; x < width; ++x) {
-          const bool moved = u[x][0] != 0.0f || u[x][1] != 0.0f || u[x][2] != 0.0f;
+          const bool moved = u[x][0] != at_rest.x || u[x][1] != at_rest.y || u[x][2] != at_rest.z;
           const bool filled = sampler.in_volume(x);
           const T value = filled ? row[x] : background;
           row[x] = moved ? value : own[x];
@@ -188,7 +189,7 @@ std::optional<ResampleCounts> Resampler::State::march(std::int64_t brick, std::s
                 [&]<class T>(std::span<const T> samples, RowSampler& sampler, const Float4* rest,
                              VoxelIndex voxel, T* row) {
                   sampler.locate(rest, width);
-                  const glm::vec3 now(voxel - first);
+                  const glm::vec3 now(voxel - first - march->tile().common_voxels());
                   for (int x = 0; x < width; ++x) {
                     if (!sampler.in_volume(x)) continue;
                     const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};

@@ -125,7 +125,7 @@ MAILLE_ONE_OF_WIDTHS(void, march_row_of, march_row,
 RestMarch::RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
                      const VoxelBox& voxels, Registers registers)
     : tile_(tile), injection_(injection), extent_(voxels.size()), registers_(registers) {
-  const glm::vec3 first(voxels.lo - tile.elements().lo);
+  const glm::vec3 first(voxels.lo - tile.elements().lo - tile.common_voxels());
   first_ = Float4{first.x, first.y, first.z, 0.0f};
   const auto count = static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(extent_.y);
   for (auto& plane : planes_) plane.resize(count);

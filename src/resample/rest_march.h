@@ -40,7 +40,7 @@ class RestMarch {
  private:
   const DisplacementTile& tile_;
   DisplacementTile::Injection injection_;
-  Float4 first_;  // voxel, from the tile's first element
+  Float4 first_;  // voxel, from the tile's first element, less what is common
   Size3 extent_;
   Registers registers_;
   int y_ = 0;

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
+#include "core/nearest_whole.h"
 #include "resample/claims.h"
 
 namespace maille {
 namespace {
-
-// Adding and taking off this rounds to an integer, ties to even; the loop stays one of vectors.
-constexpr float kRounding = 12582912.0f;
 
 struct Axis {
   float lowest;  // of the volume
@@ -26,7 +24,7 @@ void locate_along(const Axis& axis, const float* at, int count, float* t, std::i
     in_volume[x] &= (at[x] >= lowest) & (at[x] <= highest);
     float inside = at[x] < last ? at[x] : last;
     inside = inside > first ? inside : first;
-    float floor = (inside + kRounding) - kRounding;
+    float floor = nearest_whole(inside);
     floor = floor > inside ? floor - 1.0f : floor;
     floor = floor < last_cell ? floor : last_cell;
     base[x] = static_cast<std::int32_t>(floor);
@@ -37,9 +35,9 @@ void locate_along(const Axis& axis, const float* at, int count, float* t, std::i
 MAILLE_FOR_SEVERAL_WIDTHS
 void snap(float* at_x, float* at_y, float* at_z, int count) {
   for (int x = 0; x < count; ++x) {
-    const float whole_x = (at_x[x] + kRounding) - kRounding;
-    const float whole_y = (at_y[x] + kRounding) - kRounding;
-    const float whole_z = (at_z[x] + kRounding) - kRounding;
+    const float whole_x = nearest_whole(at_x[x]);
+    const float whole_y = nearest_whole(at_y[x]);
+    const float whole_z = nearest_whole(at_z[x]);
     const bool near = (std::abs(at_x[x] - whole_x) < kOnElement_cells) &
                       (std::abs(at_y[x] - whole_y) < kOnElement_cells) &
                       (std::abs(at_z[x] - whole_z) < kOnElement_cells);

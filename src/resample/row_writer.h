@@ -8,6 +8,7 @@
 #include <span>
 #include <type_traits>
 
+#include "core/nearest_whole.h"
 #include "volume/brick.h"
 
 namespace maille {
@@ -31,9 +32,8 @@ T stored_float(float value) {
     static_assert(sizeof(T) <= 2);
     constexpr auto kLowest = static_cast<float>(std::numeric_limits<T>::lowest());
     constexpr auto kMost = static_cast<float>(std::numeric_limits<T>::max());
-    constexpr float kRounding = 12582912.0f;
-    const float rounded = (value + kRounding) - kRounding;
-    return static_cast<T>(static_cast<std::int32_t>(std::min(std::max(rounded, kLowest), kMost)));
+    const float whole = nearest_whole(std::min(std::max(value, kLowest), kMost));
+    return static_cast<T>(static_cast<std::int32_t>(whole));
   } else {
     return value;
   }

@@ -32,12 +32,13 @@ glm::dvec3 displacement(const Lattice& lattice, glm::dvec3 rest) {
   return sum;
 }
 
-Lattice rough(Size3 size, double most, unsigned seed, const glm::dmat3& affine = glm::dmat3(1.0)) {
+Lattice rough(Size3 size, double most, unsigned seed, const glm::dmat3& affine = glm::dmat3(1.0),
+              glm::dvec3 shift = glm::dvec3(0)) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> off(-most, most);
   return lattice_from(size, [&](glm::dvec3 at) {
     const glm::dvec3 from = at - 0.5 * glm::dvec3(size);
-    return affine * from - from + glm::dvec3(off(random), off(random), off(random));
+    return affine * from - from + shift + glm::dvec3(off(random), off(random), off(random));
   });
 }
 
@@ -61,7 +62,7 @@ TEST(DisplacementTile, MapIsTheLatticesOwnAndSoAreItsDerivatives) {
     const auto map = tile.at<1>(Float4{static_cast<float>(local.x), static_cast<float>(local.y),
                                        static_cast<float>(local.z), 0.0f});
     const glm::dvec3 u = displacement(lattice, rest);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.u[c], u[c], 1e-4);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.u[c] + tile.common_voxels()[c], u[c], 1e-4);
     const Float4 columns[3] = {map.du_dx, map.du_dy, map.du_dz};
     for (int axis = 0; axis < 3; ++axis) {
       // Within the cell u is linear along each axis.
@@ -148,6 +149,31 @@ TEST(RestMarch, EveryAnswerIsThePointThatNowLiesThere) {
     }
   }
   EXPECT_GT(marches, 20);
+}
+
+TEST(RestMarch, NoLessNearAMillionVoxelsFromRest) {
+  const glm::ivec3 shift(1'000'000, -400'000, 70'000);
+  const Lattice lattice = rough(kSize, 0.06, 6, kSheared, glm::dvec3(shift) + 0.3);
+  DisplacementTile tile;
+  tile.fill(lattice, {VoxelIndex(0), kSize});
+  const auto injection = tile.injection(false);
+  ASSERT_LT(injection.share, 0.98);
+  const VoxelBox voxels{shift + 3, shift + kSize - 3};
+  RestMarch march(tile, injection, voxels);
+  for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
+    for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
+      const Float4* const row = march.next_row();
+      for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
+        const Float4 rest = row[x - voxels.lo.x];
+        const glm::dvec3 at(rest[0], rest[1], rest[2]);
+        if (glm::any(glm::lessThan(at, glm::dvec3(0))) ||
+            glm::any(glm::greaterThan(at, glm::dvec3(kSize - 1)))) {
+          continue;
+        }
+        EXPECT_LT(glm::length(at + displacement(lattice, at) - glm::dvec3(x, y, z)), 5e-4);
+      }
+    }
+  }
 }
 
 TEST(RestMarch, SameBitsForAnyWidthOfRegisters) {
