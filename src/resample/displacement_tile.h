@@ -74,19 +74,17 @@ class DisplacementTile {
       lowest[q] = reinterpret_cast<const char*>(u_.data()) +
                   static_cast<std::ptrdiff_t>(sizeof(Float4)) * cell[4 * q];
     }
-    const auto corner = [&](std::ptrdiff_t bytes)
-                            [[gnu::always_inline]] { return quads::load(lowest, bytes, F{}); };
     const F tx = quads::swizzle<0, 0, 0, kQuads>(t);
     const F ty = quads::swizzle<1, 1, 1, kQuads>(t);
     const F tz = quads::swizzle<2, 2, 2, kQuads>(t);
-    const F c = corner(0);
-    const F d = corner(step_y_);
-    const F e = corner(step_z_);
-    const F f = corner(step_z_ + step_y_);
-    const F cx = corner(step_x_) - c;
-    const F dx = corner(step_y_ + step_x_) - d;
-    const F ex = corner(step_z_ + step_x_) - e;
-    const F fx = corner(step_z_ + step_y_ + step_x_) - f;
+    const F c = quads::load(lowest, 0, F{});
+    const F d = quads::load(lowest, step_y_, F{});
+    const F e = quads::load(lowest, step_z_, F{});
+    const F f = quads::load(lowest, step_z_ + step_y_, F{});
+    const F cx = quads::load(lowest, step_x_, F{}) - c;
+    const F dx = quads::load(lowest, step_y_ + step_x_, F{}) - d;
+    const F ex = quads::load(lowest, step_z_ + step_x_, F{}) - e;
+    const F fx = quads::load(lowest, step_z_ + step_y_ + step_x_, F{}) - f;
     const F c0 = c + tx * cx;
     const F e0 = e + tx * ex;
     const F near_y = d + tx * dx - c0;

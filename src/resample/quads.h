@@ -1,5 +1,8 @@
 // Vectors of x, y, z and a lane to spare, one or two of them in a register: what the machine has
 // room for. Each is worked on as if it were alone, so both widths give the same bits.
+//
+// All of it must be inlined, lambdas too: functions for machines with wide registers and without
+// hand them over in different places.
 #pragma once
 
 #include <cstdint>
@@ -26,12 +29,13 @@ using Ints = typename Register<kQuads>::Ints;
 
 namespace detail {
 template <int kX, int kY, int kZ, int... kLane>
-constexpr auto order(std::integer_sequence<int, kLane...>) {
+[[gnu::always_inline]] constexpr auto order(std::integer_sequence<int, kLane...>) {
   constexpr int kFrom[4] = {kX, kY, kZ, 3};
   return Ints<static_cast<int>(sizeof...(kLane)) / 4>{(kLane / 4 * 4 + kFrom[kLane % 4])...};
 }
 template <int... kLane>
-constexpr auto repeated(float x, float y, float z, std::integer_sequence<int, kLane...>) {
+[[gnu::always_inline]] constexpr auto repeated(float x, float y, float z,
+                                               std::integer_sequence<int, kLane...>) {
   const float from[4] = {x, y, z, 0.0f};
   return Floats<static_cast<int>(sizeof...(kLane)) / 4>{from[kLane % 4]...};
 }
@@ -74,9 +78,11 @@ template <int kQuads>
 // The largest size of a component, in all three lanes.
 template <int kQuads>
 [[gnu::always_inline]] inline Floats<kQuads> largest(Floats<kQuads> v) {
-  const auto greater = [](Floats<kQuads> a, Floats<kQuads> b) { return a > b ? a : b; };
-  const Floats<kQuads> size = greater(v, -v);
-  return greater(greater(size, swizzle<1, 2, 0, kQuads>(size)), swizzle<2, 0, 1, kQuads>(size));
+  const Floats<kQuads> size = v > -v ? v : -v;
+  const Floats<kQuads> next = swizzle<1, 2, 0, kQuads>(size);
+  const Floats<kQuads> last = swizzle<2, 0, 1, kQuads>(size);
+  const Floats<kQuads> of_two = size > next ? size : next;
+  return of_two > last ? of_two : last;
 }
 
 // Those so many bytes on from some places, side by side.
