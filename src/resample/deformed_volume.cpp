@@ -44,6 +44,11 @@ std::optional<glm::ivec3> DeformedVolume::whole_shift(std::int64_t brick) const 
   const glm::ivec3 u = here->lowest();
   if (u % kUnitsPerVoxel != glm::ivec3(0)) return std::nullopt;
   const VoxelBox elements = elements_over(box(brick));
+  // What would come from elsewhere does not: nothing there can reach so far.
+  const glm::ivec3 shift = u / kUnitsPerVoxel;
+  const VoxelBox from =
+      intersection({box(brick).lo - shift, box(brick).hi - shift}, {VoxelIndex(0), size()});
+  if (!from.empty() && intersection(from, elements) != from) return std::nullopt;
   const BrickIndex lo = BrickGrid::brick_of(elements.lo);
   const BrickIndex hi = BrickGrid::brick_of(elements.hi - 1);
   for (int z = lo.z; z <= hi.z; ++z) {
@@ -54,7 +59,7 @@ std::optional<glm::ivec3> DeformedVolume::whole_shift(std::int64_t brick) const 
       }
     }
   }
-  return u / kUnitsPerVoxel;
+  return shift;
 }
 
 VoxelBox cells_over(const Reach& reach, glm::dvec3 lo, glm::dvec3 hi) {

@@ -135,7 +135,7 @@ ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels
   const DisplacementTile& tile = march.tile();
   const VoxelIndex first = tile.elements().lo;
   const glm::vec3 at_rest(-tile.common_voxels());
-  RowSampler sampler(size(), first);
+  RowSampler sampler(size(), tile.elements());
   ResampleCounts counts;
   counts.voxels = voxel_count(voxels.size());
   with_voxel_type(volume.type(), [&]<class T>() {
@@ -152,7 +152,7 @@ ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels
         const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
         for (int x = 0; x < width; ++x) {
           const bool moved = u[x][0] != at_rest.x || u[x][1] != at_rest.y || u[x][2] != at_rest.z;
-          const bool filled = sampler.in_volume(x);
+          const bool filled = sampler.is_among(x);
           const T value = filled ? row[x] : background;
           row[x] = moved ? value : own[x];
           counts.moved_voxels += moved;
@@ -191,7 +191,7 @@ std::optional<ResampleCounts> Resampler::State::march(std::int64_t brick, std::s
                   sampler.locate(rest, width);
                   const glm::vec3 now(voxel - first - march->tile().common_voxels());
                   for (int x = 0; x < width; ++x) {
-                    if (!sampler.in_volume(x)) continue;
+                    if (!sampler.is_among(x)) continue;
                     const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};
                     row[x] = at(samples, first + nearest(here, rest[x]));
                   }
@@ -218,11 +218,9 @@ ResampleCounts Resampler::State::claim(std::int64_t brick, std::span<std::byte> 
     const bool by_cut = !claims.cut.empty() && claims.cut[i] != 0;
     counts.unfilled_voxels += !by_cut && !deformed.border_moved;
   }
-  RowSampler sampler(size(), box.lo);
-  const auto from_here = [&](glm::vec3 rest) {
-    const glm::vec3 at = rest - glm::vec3(box.lo);
-    return Float4{at.x, at.y, at.z, 0.0f};
-  };
+  // Claims may be of any element.
+  RowSampler sampler(size(), {VoxelIndex(0), size()});
+  const auto in_lanes = [](glm::vec3 at) { return Float4{at.x, at.y, at.z, 0.0f}; };
   with_voxel_type(volume.type(), [&]<class T>() {
     const auto voxels = volume.voxels<T>();
     const T background = stored<T>(background_value);
@@ -234,7 +232,7 @@ ResampleCounts Resampler::State::claim(std::int64_t brick, std::span<std::byte> 
       for (int y = box.lo.y; y < box.hi.y; ++y) {
         const T* const own = &at(voxels, {box.lo.x, y, z});
         if (!nearest) {
-          std::transform(&claims.rest[i], &claims.rest[i] + width, rest, from_here);
+          std::transform(&claims.rest[i], &claims.rest[i] + width, rest, in_lanes);
           sampler.sample(voxels, rest, width);
         }
         for (int x = 0; x < width; ++x, ++i) {
@@ -274,13 +272,13 @@ void Resampler::rest_positions(std::int64_t brick, std::span<glm::vec3> out) con
   const VoxelBox box = state_->deformed.box(brick);
   if (auto march = march_through(state_->deformed, brick)) {
     const VoxelIndex first = march->tile().elements().lo;
-    RowSampler sampler(state_->size(), first);
+    RowSampler sampler(state_->size(), march->tile().elements());
     const int width = box.size().x;
     for (auto to = out.begin(); to < out.begin() + voxel_count(box.size()); to += width) {
       sampler.locate(march->next_row(), width);
       for (int x = 0; x < width; ++x) {
-        to[x] = sampler.in_volume(x) ? glm::vec3(first) + sampler.position(x)
-                                     : glm::vec3(std::numeric_limits<float>::quiet_NaN());
+        to[x] = sampler.is_among(x) ? glm::vec3(first) + sampler.position(x)
+                                    : glm::vec3(std::numeric_limits<float>::quiet_NaN());
       }
     }
     return;

@@ -9,7 +9,7 @@ namespace maille {
 namespace {
 
 struct Axis {
-  float lowest;  // of the volume
+  float lowest;  // that counts
   float highest;
   float first;  // element
   float last;
@@ -18,10 +18,10 @@ struct Axis {
 
 MAILLE_FOR_SEVERAL_WIDTHS
 void locate_along(const Axis& axis, const float* at, int count, float* t, std::int32_t* base,
-                  std::int32_t* in_volume) {
+                  std::int32_t* among) {
   const auto [lowest, highest, first, last, last_cell] = axis;
   for (int x = 0; x < count; ++x) {
-    in_volume[x] &= (at[x] >= lowest) & (at[x] <= highest);
+    among[x] &= (at[x] >= lowest) & (at[x] <= highest);
     float inside = at[x] < last ? at[x] : last;
     inside = inside > first ? inside : first;
     float floor = nearest_whole(inside);
@@ -66,12 +66,19 @@ void mix_corners(const float (&corner)[8][kBrickEdge], const float (&t)[3][kBric
 
 }  // namespace
 
-RowSampler::RowSampler(Size3 size, VoxelIndex first)
-    : first_(first),
+RowSampler::RowSampler(Size3 size, const VoxelBox& elements)
+    : first_(elements.lo),
       size_(size),
       step_x_(size.x > 1 ? 1 : 0),
       step_y_(size.y > 1 ? size.x : 0),
-      step_z_(size.z > 1 ? std::int64_t{size.x} * size.y : 0) {}
+      step_z_(size.z > 1 ? std::int64_t{size.x} * size.y : 0) {
+  for (int c = 0; c < 3; ++c) {
+    const float below = elements.lo[c] == 0 ? 0.5f : 0.0f;
+    const float above = elements.hi[c] == size[c] ? 0.5f : 0.0f;
+    lowest_[c] = -below - kInside_cells;
+    highest_[c] = static_cast<float>(elements.size()[c] - 1) + above + kInside_cells;
+  }
+}
 
 void RowSampler::locate(const Float4* rest, int count) {
   std::int32_t base[3][kBrickEdge];
@@ -81,13 +88,12 @@ void RowSampler::locate(const Float4* rest, int count) {
     at_[2][x] = rest[x][2];
   }
   snap(at_[0], at_[1], at_[2], count);
-  std::fill_n(in_volume_, count, 1);
+  std::fill_n(among_, count, 1);
   for (int c = 0; c < 3; ++c) {
     const auto first = static_cast<float>(-first_[c]);
     const auto last = static_cast<float>(size_[c] - 1 - first_[c]);
-    locate_along({first - 0.5f - kInside_cells, last + 0.5f + kInside_cells, first, last,
-                  std::max(last - 1.0f, first)},
-                 at_[c], count, t_[c], base[c], in_volume_);
+    locate_along({lowest_[c], highest_[c], first, last, std::max(last - 1.0f, first)}, at_[c],
+                 count, t_[c], base[c], among_);
   }
   const std::int64_t origin = linear_index(first_, size_);
   const std::int64_t plane = std::int64_t{size_.x} * size_.y;

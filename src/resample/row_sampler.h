@@ -16,13 +16,14 @@ namespace maille {
 
 class RowSampler {
  public:
-  // Positions are counted from an element of the volume, in voxels.
-  RowSampler(Size3 size, VoxelIndex first);
+  // Positions are counted from the lowest of the elements, in voxels. Only among these elements is
+  // anything that may lie there; where they end with the volume, half a voxel beyond them too.
+  RowSampler(Size3 size, const VoxelBox& elements);
 
   // Row of `count` positions, at most a brick's. A point on an element, but for rounding, takes its
   // value unmixed, so that whole-voxel shifts copy; equal values, infinite ones among them, mix to
-  // themselves, and no value counts that a point has nothing of. Also tells which lie in the
-  // volume, that reaches half a voxel beyond its elements.
+  // themselves, and no value counts that a point has nothing of. Also tells which lie among the
+  // elements.
   template <class T>
   void sample(std::span<const T> voxels, const Float4* rest, int count) {
     locate(rest, count);
@@ -42,7 +43,7 @@ class RowSampler {
   }
 
   float value(int x) const { return value_[x]; }
-  bool in_volume(int x) const { return in_volume_[x] != 0; }
+  bool is_among(int x) const { return among_[x] != 0; }
 
   void locate(const Float4* rest, int count);
   glm::vec3 position(int x) const { return {at_[0][x], at_[1][x], at_[2][x]}; }
@@ -52,13 +53,15 @@ class RowSampler {
 
   VoxelIndex first_;
   Size3 size_;
+  glm::vec3 lowest_;  // that lies among the elements
+  glm::vec3 highest_;
   std::int64_t step_x_;
   std::int64_t step_y_;
   std::int64_t step_z_;
   alignas(64) float at_[3][kBrickEdge];  // positions
   alignas(64) float t_[3][kBrickEdge];   // in their cells
   alignas(64) std::int64_t offset_[kBrickEdge];
-  alignas(64) std::int32_t in_volume_[kBrickEdge];
+  alignas(64) std::int32_t among_[kBrickEdge];
   alignas(64) float corner_[8][kBrickEdge];
   alignas(64) float value_[kBrickEdge];
 };

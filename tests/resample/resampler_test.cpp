@@ -64,6 +64,29 @@ TEST(Resampler, SignBitsAreFlippedForTextures) {
   }
 }
 
+// Whole bricks that the material has left, far from the volume's border: what their own elements
+// make of them lies in the volume, but nothing of it lies there.
+TEST(Resampler, WhatHasShrunkLeavesNothingBehind) {
+  const Size3 size{1000, 6, 5};
+  const double middle = 499.5;
+  const Lattice lattice =
+      lattice_from(size, [&](glm::dvec3 at) { return glm::dvec3(-0.75 * (at.x - middle), 0, 0); });
+  const double half_width = 0.25 * 500 + 0.5;
+  for (const ResampleMethod method : kMethods) {
+    const auto out = resampled(numbered(size), lattice, method, -5.0);
+    for_each_voxel(size, [&](VoxelIndex v) {
+      const bool away = std::abs(v.x - middle) > half_width;
+      const bool within = std::abs(v.x - middle) < half_width - 1.0;
+      const double value = out.volume.value_at(v);
+      if (away) {
+        ASSERT_EQ(value, -5.0) << v.x;
+      } else if (within) {
+        ASSERT_GE(value, 0.0) << v.x;
+      }
+    });
+  }
+}
+
 TEST(Resampler, TranslationOfEverythingShiftsTheVolume) {
   const Size3 size{50, 40, 35};
   const glm::ivec3 shift{5, -3, 2};
