@@ -13,8 +13,8 @@ namespace maille {
 
 // How far outside of a cell a point still counts as inside.
 inline constexpr float kInside_cells = 1e-4f;
-// Neighbouring cells share bent faces; where one is inverted by tetrahedra a sliver may belong to
-// neither. The nearest miss within this share of a cell takes such a voxel.
+// Neighbouring cells share bent faces; where one is taken as its tetrahedra a sliver may belong to
+// neither. Its nearest miss within this share of a cell takes such a voxel.
 inline constexpr float kNearMiss_cells = 0.25f;
 // Every miss scores above every hit.
 inline constexpr float kMissPenalty = 1e20f;

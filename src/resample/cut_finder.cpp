@@ -57,7 +57,9 @@ class Octants {
 
   std::optional<Claim> claim(unsigned corner, const CellInverse& inverse, glm::vec3 point,
                              float margin) const {
-    auto t = inverse(point, margin);
+    // Flat faces of whole cells meet an octant's bent ones.
+    const bool near_misses = inverse.stands_in() || volume_.cell_map == CellMap::tetrahedra;
+    auto t = inverse(point, near_misses ? margin : kInside_cells);
     if (!t || beyond_end(corner, *t)) return std::nullopt;
     unsigned own = corner;  // where the element is, if this corner stands in for it
     for (int c = 0; c < 3; ++c) {

@@ -45,7 +45,7 @@ double value_in_octant(std::span<const T> voxels, const Cuts& cuts, VoxelIndex e
     const double from = a();
     if (s == 0.0) return from;
     const double to = b();
-    return from == to ? from : from + s * (to - from);
+    return s == 1.0 ? to : from == to ? from : from + s * (to - from);
   };
   const auto along_x = [&](unsigned axes) {
     return mix(

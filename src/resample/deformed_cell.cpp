@@ -6,7 +6,7 @@
 namespace maille {
 namespace {
 
-constexpr int kNewtonSteps = 10;
+constexpr int kNewtonSteps = 20;
 constexpr float kSettled = 1e-5f;         // of a cell
 constexpr float kSmallestVolume = 1e-6f;  // of a cell, in voxels
 
@@ -19,8 +19,10 @@ float excess(glm::vec3 t) {
 
 }  // namespace
 
-CellInverse::CellInverse(const DeformedCell& cell, CellMap map) : cell_(cell), newton_(false) {
+CellInverse::CellInverse(const DeformedCell& cell, CellMap map) : cell_(cell) {
   if (map == CellMap::tetrahedra) return;
+  stands_in_ = cell.folded();
+  if (stands_in_) return;
   const auto& c = cell.corner;
   constant_ = c[0];
   x_ = c[1] - c[0];
@@ -39,6 +41,7 @@ CellInverse::CellInverse(const DeformedCell& cell, CellMap map) : cell_(cell), n
       xyz(constant_ + half * (x_ + y_ + z_) + quarter * (xy_ + xz_ + yz_) + splat(0.125f) * xyz_);
   const glm::mat3 x_from_t(xyz(jx), xyz(jy), xyz(jz));
   newton_ = glm::determinant(x_from_t) > kSmallestVolume;
+  stands_in_ = !newton_;
   if (!newton_) return;
   t_from_x_ = glm::inverse(x_from_t);
   // With s = t - 1/2 the rest of the map is xy sx sy + xz sx sz + yz sy sz + xyz sx sy sz (its
@@ -51,47 +54,47 @@ CellInverse::CellInverse(const DeformedCell& cell, CellMap map) : cell_(cell), n
 }
 
 std::optional<glm::vec3> CellInverse::operator()(glm::vec3 point, float margin) const {
-  if (newton_) {
-    bool settled = false;
-    const auto t = by_newton(point, margin, settled);
-    if (settled) return t;
-  }
-  return by_tetrahedra(point, margin);
+  if (!newton_) return by_tetrahedra(point, margin);
+  const glm::vec3 guess = t_from_x_ * (point - center_) + 0.5f;
+  if (excess(guess) > margin + bend_) return std::nullopt;
+  if (bend_ < kSettled) return guess;
+  const auto inside = [&](const std::optional<glm::vec3>& t) { return t && excess(*t) <= margin; };
+  auto t = by_newton(point, guess);
+  // Beyond the cell the map may have another answer, or none to lead back: where the tetrahedra
+  // have the point in the cell, or nearly, they know better where to start.
+  constexpr float kStraightCell = 0.3f;
+  if (bend_ < kStraightCell || inside(t)) return inside(t) ? t : std::nullopt;
+  constexpr float kNearly_cells = 0.25f;
+  const auto start = by_tetrahedra(point, kNearly_cells);
+  if (!start) return std::nullopt;
+  t = by_newton(point, *start);
+  return inside(t) ? t : std::nullopt;
 }
 
-// settled: no answer is one too.
-std::optional<glm::vec3> CellInverse::by_newton(glm::vec3 point, float margin,
-                                                bool& settled) const {
-  glm::vec3 t = t_from_x_ * (point - center_) + 0.5f;
-  settled = true;
-  if (excess(t) > margin + bend_) return std::nullopt;
-  if (bend_ < kSettled) return t;
+std::optional<glm::vec3> CellInverse::by_newton(glm::vec3 point, glm::vec3 start) const {
+  // The Jacobian in the middle serves as far as the map is nearly straight.
+  constexpr float kNearlyStraight = 0.1f;
+  glm::vec3 t = start;
   for (int step = 0; step < kNewtonSteps; ++step) {
     t = glm::clamp(t, glm::vec3(-1.0f), glm::vec3(2.0f));
     const Float4 tx = splat(t.x), ty = splat(t.y), tz = splat(t.z);
     const Float4 at = constant_ + tx * (x_ + ty * xy_) + ty * (y_ + tz * yz_) +
                       tz * (z_ + tx * (xz_ + ty * xyz_));
     const glm::vec3 residual = point - xyz(at);
-    const Float4 jx = x_ + ty * xy_ + tz * (xz_ + ty * xyz_);
-    const Float4 jy = y_ + tx * xy_ + tz * (yz_ + tx * xyz_);
-    const Float4 jz = z_ + tx * xz_ + ty * (yz_ + tx * xyz_);
-    // The Jacobian in the middle serves while the residual is small enough for it.
     glm::vec3 correction = t_from_x_ * residual;
-    const glm::vec3 size = glm::abs(correction);
-    if (std::max({size.x, size.y, size.z}) > 0.02f) {
+    if (bend_ > kNearlyStraight) {
+      const Float4 jx = x_ + ty * xy_ + tz * (xz_ + ty * xyz_);
+      const Float4 jy = y_ + tx * xy_ + tz * (yz_ + tx * xyz_);
+      const Float4 jz = z_ + tx * xz_ + ty * (yz_ + tx * xyz_);
       const glm::mat3 x_from_t(xyz(jx), xyz(jy), xyz(jz));
       const float volume = glm::determinant(x_from_t);
-      if (!(volume > kSmallestVolume)) break;
+      if (!(std::abs(volume) > kSmallestVolume)) return std::nullopt;
       correction = glm::inverse(x_from_t) * residual;
     }
     t += correction;
     const glm::vec3 moved = glm::abs(correction);
-    if (std::max({moved.x, moved.y, moved.z}) < kSettled) {
-      if (excess(t) > margin) return std::nullopt;
-      return t;
-    }
+    if (std::max({moved.x, moved.y, moved.z}) < kSettled) return t;
   }
-  settled = false;
   return std::nullopt;
 }
 

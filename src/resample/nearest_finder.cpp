@@ -9,108 +9,68 @@
 namespace maille {
 namespace {
 
-// Squared half diagonals (mm) of the bounds of one plane of cells, rows of width size.x. 0 where no
-// corner has moved: elements at rest own their voxels and have no one else to find.
-class CellPlane {
- public:
-  void compute(const CornerPlanes& planes, const VoxelBox& cells, int z, Float4 spacing_mm) {
-    clear(cells);
-    for (int y = cells.lo.y; y < cells.hi.y; ++y) {
-      float* out = row(y - cells.lo.y);
-      // A cut cell's bounds span the gap: its voxels are found by its octants.
-      CellRow(planes, y, z, width_).for_each_whole([&](int x, Float4 lowest, Float4 highest) {
-        const Float4 extent_mm = (highest - lowest) * spacing_mm;
-        const Float4 squared = extent_mm * extent_mm;
-        out[x] = highest[3] > 0.0f ? 0.25f * (squared[0] + squared[1] + squared[2]) : 0.0f;
-      });
-    }
-  }
-  void clear(const VoxelBox& cells) {
-    width_ = cells.size().x;
-    reach_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(cells.size().y),
-                  0.0f);
-  }
-  float* row(int y) { return reach_.data() + static_cast<std::ptrdiff_t>(y) * width_; }
+// Whether a voxel's element is still sought.
+bool is_sought(const BrickClaims& claims, std::size_t i) {
+  const bool claimed =
+      claims.score[i] != BrickClaims::kOwned && claims.score[i] != BrickClaims::kUncovered;
+  return claimed && (claims.cut.empty() || (claims.cut[i] & BrickClaims::in_octant) == 0);
+}
 
- private:
-  int width_ = 0;
-  std::vector<float> reach_;
-};
-
-// The elements of one entry, offered to the voxels of a box.
+// Offers elements to the voxels of a box, each to those nearer to it than what they have.
 class Offer {
  public:
-  Offer(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims)
+  Offer(const DeformedVolume& volume, const VoxelBox& box, float reach_mm, BrickClaims& claims)
       : volume_(volume),
         box_(box),
         claims_(claims),
+        reach_mm_(reach_mm),
         spacing_{volume.spacing_mm.x, volume.spacing_mm.y, volume.spacing_mm.z, 0.0f} {}
 
-  void elements_of(VoxelBox cells) {
-    // Elements on the rim need the cells on both sides to know how far they reach.
-    const Size3 size = volume_.size();
-    cells = intersection({cells.lo - 1, cells.hi + 1}, {VoxelIndex(-1), VoxelIndex(size)});
-    if (cells.empty()) return;
-    CornerPlanes planes(volume_.lattice, volume_.cuts_or_null(), cells, box_.lo);
-    CellPlane below, here;
-    below.clear(cells);
+  void elements_of(const VoxelBox& cells) {
+    const VoxelBox corners =
+        intersection({cells.lo, cells.hi + 1}, {VoxelIndex(0), VoxelIndex(volume_.size())});
+    if (corners.empty()) return;
+    CornerPlanes planes(volume_.lattice, nullptr, cells, box_.lo);
     for (int z = cells.lo.z; z < cells.hi.z; ++z) {
       planes.advance_to(z);
-      here.compute(planes, cells, z, spacing_);
-      if (z >= 0) plane_of_elements(planes, cells, below, here, z);
-      std::swap(below, here);
+      if (z >= 0) rows_of(planes, cells, corners, z);
     }
+    if (corners.hi.z == cells.hi.z + 1) rows_of(planes, cells, corners, cells.hi.z);
   }
 
  private:
-  void plane_of_elements(const CornerPlanes& planes, const VoxelBox& cells, CellPlane& below,
-                         CellPlane& above, int z) {
-    const Size3 size = volume_.size();
-    const int width = cells.size().x;
-    reach_.resize(static_cast<std::size_t>(width) + 1);
-    for (int y = std::max(cells.lo.y, 0); y < cells.hi.y; ++y) {
-      const CornerRow& corners = planes.row(y, z);
-      const float* around[4] = {below.row(y - cells.lo.y), above.row(y - cells.lo.y),
-                                below.row(std::max(y - 1 - cells.lo.y, 0)),
-                                above.row(std::max(y - 1 - cells.lo.y, 0))};
-      float most = 0.0f;
-      for (int x = 0; x < width; ++x) {
-        reach_[static_cast<std::size_t>(x)] =
-            std::max(std::max(around[0][x], around[1][x]), std::max(around[2][x], around[3][x]));
-        most = std::max(most, reach_[static_cast<std::size_t>(x)]);
-      }
-      if (most == 0.0f || misses(corners, std::sqrt(most))) continue;
-      const int x_begin = std::max(0, -cells.lo.x);
-      std::int64_t element = linear_index({cells.lo.x + x_begin, y, z}, size);
-      for (int x = x_begin; x < width; ++x, ++element) {
-        const float squared = std::max(reach_[static_cast<std::size_t>(x)],
-                                       reach_[static_cast<std::size_t>(std::max(x - 1, 0))]);
-        if (squared > 0.0f) offer(corners.corners[x], element, squared);
+  void rows_of(const CornerPlanes& planes, const VoxelBox& cells, const VoxelBox& corners, int z) {
+    for (int y = corners.lo.y; y < corners.hi.y; ++y) {
+      const CornerRow& row = planes.row(y, z);
+      if (misses(row)) continue;
+      std::int64_t element = linear_index({corners.lo.x, y, z}, volume_.size());
+      for (int x = corners.lo.x; x < corners.hi.x; ++x, ++element) {
+        const Float4 at = row.corners[x - cells.lo.x];
+        if (volume_.any_cut && volume_.cuts.carved({x, y, z})) continue;
+        offer(at, element);
       }
     }
   }
 
   // Whether no voxel of the box is within reach of a row's bounds.
-  bool misses(const CornerRow& row, float reach_mm) const {
+  bool misses(const CornerRow& row) const {
     for (int c = 0; c < 3; ++c) {
-      const float reach = reach_mm / spacing_[c];
+      const float reach = reach_mm_ / spacing_[c];
       if (row.highest[c] + reach < 0.0f) return true;
       if (row.lowest[c] - reach > static_cast<float>(box_.size()[c] - 1)) return true;
     }
     return false;
   }
 
-  void offer(Float4 position, std::int64_t element, float reach_squared_mm) {
+  void offer(Float4 position, std::int64_t element) {
     const glm::ivec3 extent = box_.size();
-    const float reach_mm = std::sqrt(reach_squared_mm);
     glm::ivec3 first, last;
     for (int c = 0; c < 3; ++c) {
-      const float reach = reach_mm / spacing_[c];
+      const float reach = reach_mm_ / spacing_[c];
       const float low = std::max(position[c] - reach, 0.0f);
       const float high = std::min(position[c] + reach, static_cast<float>(extent[c] - 1));
       if (!(low <= high)) return;
-      first[c] = static_cast<int>(low);
-      first[c] += static_cast<float>(first[c]) < low;
+      first[c] = static_cast<int>(std::ceil(low));
       last[c] = static_cast<int>(high);
     }
     for (int z = first.z; z <= last.z; ++z) {
@@ -124,6 +84,7 @@ class Offer {
           const float score = dx * dx + across;
           if (score > claims_.score[i]) continue;
           if (score == claims_.score[i] && element >= claims_.element[i]) continue;
+          if (!is_sought(claims_, i)) continue;
           claims_.score[i] = score;
           claims_.element[i] = element;
         }
@@ -134,66 +95,49 @@ class Offer {
   const DeformedVolume& volume_;
   const VoxelBox box_;
   BrickClaims& claims_;
+  float reach_mm_;
   Float4 spacing_;
-  std::vector<float> reach_;
 };
 
-// An element of the border reaches as far outside as inside: what is nearest to one may lie outside
-// of the deformed volume.
-void drop_outside(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
-  const Size3 size = volume.size();
-  std::size_t i = 0;
-  for (int z = box.lo.z; z < box.hi.z; ++z) {
-    for (int y = box.lo.y; y < box.hi.y; ++y) {
-      for (int x = box.lo.x; x < box.hi.x; ++x, ++i) {
-        if (claims.score[i] < 0.0f || claims.score[i] == BrickClaims::kUncovered) continue;
-        const VoxelIndex element = voxel_index(claims.element[i], size);
-        const bool border = glm::any(glm::equal(element, VoxelIndex(0))) ||
-                            glm::any(glm::equal(element, VoxelIndex(size - 1)));
-        if (border &&
-            !covered_beside(volume, element, box.lo, glm::vec3(VoxelIndex(x, y, z) - box.lo))) {
-          claims.score[i] = BrickClaims::kUncovered;
-        }
-      }
-    }
-  }
-}
-
-// Kept by thread, as the claims it corrects.
-BrickClaims& covered_of_this_thread() {
-  static thread_local BrickClaims claims;
-  return claims;
-}
-
-// Corrects what distance alone says where cut cells are.
-void keep_to_sides(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
-  BrickClaims& covered = covered_of_this_thread();
-  covered.open(sight.volume(), box);
-  find_rest(sight, box, covered);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(voxel_count(box.size())); ++i) {
-    if (covered.cut[i] == 0 || covered.score[i] == BrickClaims::kOwned) continue;
-    const bool by_cells = claims.score[i] == BrickClaims::kUncovered ||
-                          covered.score[i] == BrickClaims::kUncovered ||
-                          (covered.cut[i] & BrickClaims::in_octant) != 0;
-    if (!by_cells) continue;
-    claims.score[i] = covered.score[i];
-    claims.element[i] = covered.element[i];
-  }
-  std::swap(claims.cut, covered.cut);
+// Squared distance in mm of the element that claims a voxel: a near miss has a penalty instead.
+float squared_distance(const DeformedVolume& volume, std::int64_t element, VoxelIndex voxel) {
+  const VoxelIndex at = voxel_index(element, volume.size());
+  const glm::dvec3 away = (glm::dvec3(at - voxel) + volume.lattice.displacement_voxels(at)) *
+                          glm::dvec3(volume.spacing_mm);
+  return static_cast<float>(glm::dot(away, away));
 }
 
 }  // namespace
 
 void find_nearest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
   const DeformedVolume& volume = sight.volume();
-  bool border_claims = false;
-  Offer offer(volume, box, claims);
-  sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry& entry) {
-    border_claims = border_claims || entry.at_border;
-    offer.elements_of(cells);
-  });
-  if (border_claims) drop_outside(volume, box, claims);
-  if (sight.cut(box)) keep_to_sides(sight, box, claims);
+  find_rest(sight, box, claims);
+  float furthest = 0.0f;
+  std::size_t i = 0;
+  for (int z = box.lo.z; z < box.hi.z; ++z) {
+    for (int y = box.lo.y; y < box.hi.y; ++y) {
+      for (int x = box.lo.x; x < box.hi.x; ++x, ++i) {
+        if (!is_sought(claims, i)) continue;
+        if (claims.score[i] >= kMissPenalty) {
+          claims.score[i] = squared_distance(volume, claims.element[i], {x, y, z});
+        }
+        furthest = std::max(furthest, claims.score[i]);
+      }
+    }
+  }
+  if (furthest == 0.0f) return;
+  // What floats may leave out.
+  const float reach_mm = std::sqrt(furthest) * 1.0001f;
+  VoxelBox around = box;
+  for (int c = 0; c < 3; ++c) {
+    const int reach = static_cast<int>(reach_mm / volume.spacing_mm[c]) + 1;
+    around.lo[c] -= reach;
+    around.hi[c] += reach;
+  }
+  Offer offer(volume, box, reach_mm, claims);
+  const Sight wider(volume, around);
+  wider.for_each_cells_over(around,
+                            [&](const VoxelBox& cells, const auto&) { offer.elements_of(cells); });
 }
 
 }  // namespace maille

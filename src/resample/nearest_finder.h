@@ -6,16 +6,15 @@
 
 namespace maille {
 
-// Gives every open voxel of a brick the element that lies nearest (in mm, ties to the lower index)
-// if the voxel lies in the deformed volume.
+// Gives every open voxel that a cell holds the element that lies nearest of all (in mm, ties to the
+// lower index).
 //
-// Each element offers itself to the voxels around it. How far it must: a point of a cell is the
-// mean of the cell's corners, weighted by the trilinear map's own weights, and the variance of a
-// mean within bounds of width r is at most r^2/4 along each axis; so some corner lies within half
-// the diagonal of the cell's bounds, folded or not.
+// Which voxels those are cells tell (rest_finder.h), and with it how far the nearest element is at
+// most: that far around the voxels every element offers itself. An element at rest among others at
+// rest need not, for one of those is nearer to any voxel that is not its own.
 //
 // Distance knows no sides of a cut: in cut cells the octant that holds a voxel decides, with its
-// own element, and where neither an octant nor a whole cell holds the voxel nothing does.
+// own element.
 void find_nearest(const Sight& sight, const VoxelBox& box, BrickClaims& claims);
 
 }  // namespace maille

@@ -25,7 +25,7 @@ bool beyond_border(VoxelIndex base, glm::vec3 t, Size3 size) {
 std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inverse, VoxelIndex base,
                               glm::vec3 point, const DeformedVolume& volume, float margin) {
   const Size3 size = volume.size();
-  auto t = inverse(point, margin);
+  auto t = inverse(point, inverse.stands_in() ? margin : kInside_cells);
   if (!t || beyond_border(base, *t, size)) return std::nullopt;
   VoxelIndex element = base;
   std::size_t corner = 0;
@@ -116,8 +116,8 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     const VoxelBox cells = entry.cover.cells_over(point_voxel);
     for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
                         [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                          take(claim_of(cell, CellInverse(cell, volume.cell_map), base, point,
-                                        volume, kNearMiss_cells));
+                          const CellInverse inverse(cell, volume.cell_map);
+                          take(claim_of(cell, inverse, base, point, volume, kNearMiss_cells));
                         });
     if (!entry.cut) continue;
     for_each_moved_cell<CellKind::cut>(
@@ -148,18 +148,6 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
   if (score_at_rest && (!best || *score_at_rest <= best->score)) return point_voxel;
   if (!best) return std::nullopt;
   return glm::dvec3(best->rest);
-}
-
-bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3 origin,
-                    glm::vec3 point) {
-  bool covered = false;
-  for_each_moved_cell(volume.lattice, volume.cuts_or_null(), {element - 1, element + 1}, origin,
-                      point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
-                      [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                        covered = covered || claim_of(cell, CellInverse(cell, volume.cell_map),
-                                                      base, point, volume, kInside_cells);
-                      });
-  return covered;
 }
 
 }  // namespace maille

@@ -15,8 +15,4 @@ void find_rest(const Sight& sight, const VoxelBox& box, BrickClaims& claims);
 // Rest position of any point of the deformed volume. nullopt: outside of it.
 std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dvec3 point_voxel);
 
-// Whether a point (relative to origin) lies in one of the whole cells around an element.
-bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3 origin,
-                    glm::vec3 point);
-
 }  // namespace maille

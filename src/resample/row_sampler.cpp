@@ -49,7 +49,8 @@ void snap(float* at_x, float* at_y, float* at_z, int count) {
 
 [[gnu::always_inline]] inline float between(float a, float b, float s) {
   const float mixed = a + s * (b - a);
-  return (s == 0.0f) | (a == b) ? a : mixed;
+  const float inside = s == 1.0f ? b : mixed;
+  return (s == 0.0f) | (a == b) ? a : inside;
 }
 
 MAILLE_FOR_SEVERAL_WIDTHS
