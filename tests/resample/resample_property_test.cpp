@@ -1,0 +1,171 @@
+// Every voxel of random deformed volumes against all that could lie there, in double precision.
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "references/nearest_brute_force.h"
+#include "tests/resample/random_scenes.h"
+#include "tests/resample/resampled.h"
+#include "tests/resample/true_answers.h"
+
+namespace maille {
+namespace {
+
+using namespace testing;
+
+// Whether a voxel this near to the end of the material has something is rounding.
+constexpr double kEnd_voxels = 1e-3;
+constexpr double kRest_voxels = 1e-3;
+
+class Voxels : public ::testing::TestWithParam<std::tuple<Shape, unsigned>> {
+ protected:
+  Voxels()
+      : scene_(random_scene(std::get<0>(GetParam()), std::get<1>(GetParam()))),
+        truth_(scene_.lattice) {}
+
+  // Whether it can be that nothing is shown where a voxel is, or that something is.
+  bool rightly_empty(VoxelIndex v) const {
+    const auto answers = truth_.at(v);
+    return answers.rest.empty() || truth_.may_be_uncovered(v, kEnd_voxels);
+  }
+  bool rightly_filled(VoxelIndex v) const {
+    const auto answers = truth_.at(v);
+    return !answers.rest.empty() || truth_.may_be_covered(v, kEnd_voxels);
+  }
+
+  RandomScene scene_;
+  TrueAnswers truth_;
+};
+
+// What a test finds wrong: how often, and the first.
+class Faults {
+ public:
+  template <class... Parts>
+  void add(const Parts&... parts) {
+    if (count_++ == 0) (first_ << ... << parts);
+  }
+  std::int64_t count() const { return count_; }
+  std::string first() const { return first_.str(); }
+
+ private:
+  std::int64_t count_ = 0;
+  std::ostringstream first_;
+};
+
+// Whatever folds: of all elements none lies nearer than the one whose value is shown.
+TEST_P(Voxels, ShowTheNearestOfAllElements) {
+  const Volume volume = numbered(scene_.size, scene_.spacing_mm);
+  const auto out = resampled(volume, scene_.lattice, Cuts(scene_.size), ResampleMethod::nearest);
+  const DeformedElements elements(scene_.size, scene_.spacing_mm, displacements_of(scene_.lattice));
+  const NearestBruteForce all(elements);
+  Faults further;
+  Faults missing;
+  Faults beyond;
+  for_each_voxel(scene_.size, [&](VoxelIndex v) {
+    const double value = out.volume.value_at(v);
+    if (value == kBackground) {
+      if (!rightly_empty(v)) missing.add(text(v));
+      return;
+    }
+    if (!rightly_filled(v)) beyond.add(text(v));
+    const glm::dvec3 here_mm = glm::dvec3(v) * scene_.spacing_mm;
+    const auto found = static_cast<std::size_t>(value);
+    const ElementDistance nearest = all.nearest_to(here_mm);
+    const double mine_mm = std::sqrt(elements.distance(found, here_mm).squared_mm2);
+    const double least_mm = std::sqrt(nearest.squared_mm2);
+    // Floats may take the other of two that are as near.
+    if (mine_mm <= least_mm + 2e-5 * (1.0 + least_mm)) return;
+    further.add(text(v), ": element ", found, " at ", mine_mm, " mm, not ", nearest.element, " at ",
+                least_mm);
+  });
+  EXPECT_EQ(further.count(), 0) << further.first();
+  EXPECT_EQ(missing.count(), 0) << missing.first();
+  EXPECT_EQ(beyond.count(), 0) << beyond.first();
+}
+
+// Where nothing folds there is one point that lies at a voxel; elsewhere it is one of them.
+TEST_P(Voxels, ShowAPointThatLiesThere) {
+  const std::vector<float> values = [&] {
+    Chance chance(1000 + std::get<1>(GetParam()));
+    std::vector<float> all;
+    for_each_voxel(scene_.size, [&](VoxelIndex) {
+      all.push_back(static_cast<float>(chance.between(0.0, 1.0)));
+    });
+    return all;
+  }();
+  const Volume volume =
+      Volume::of(scene_.size, VoxelType::float32, axis_aligned(scene_.spacing_mm), values);
+  const auto out = resampled(volume, scene_.lattice, Cuts(scene_.size), ResampleMethod::linear);
+  const std::vector<glm::vec3> rest = rest_positions(volume, scene_.lattice, Cuts(scene_.size));
+  Faults off;
+  Faults other;
+  Faults missing;
+  Faults beyond;
+  Faults wrong_value;
+  std::int64_t filled = 0;
+  std::int64_t unsure = 0;
+  std::size_t i = 0;
+  for_each_voxel(scene_.size, [&](VoxelIndex v) {
+    const glm::dvec3 at(rest[i++]);
+    const double value = out.volume.value_at(v);
+    if ((value == kBackground) != std::isnan(at.x)) wrong_value.add(text(v), ": ", value);
+    if (std::isnan(at.x)) {
+      if (!rightly_empty(v)) missing.add(text(v));
+      return;
+    }
+    ++filled;
+    const double off_voxels = glm::distance(moved(scene_.lattice, at), glm::dvec3(v));
+    if (!(off_voxels <= kRest_voxels)) {
+      off.add(text(v), ": ", text(at), " lies ", off_voxels, " voxels away");
+    }
+    const double expected = trilinear(volume, at);
+    if (!(std::abs(value - expected) <= 1e-4)) {
+      wrong_value.add(text(v), ": ", value, " not ", expected);
+    }
+    const auto answers = truth_.at(v);
+    unsure += answers.unsure;
+    if (answers.rest.empty()) {
+      if (!truth_.may_be_covered(v, kEnd_voxels)) beyond.add(text(v));
+    } else if (!scene_.folds) {
+      ASSERT_EQ(answers.rest.size(), 1u) << text(v);
+      // Edges keep a 25th of their length at least.
+      if (!(glm::distance(answers.rest[0], at) <= 25 * kRest_voxels)) {
+        other.add(text(v), ": ", text(at), " not ", text(answers.rest[0]));
+      }
+    }
+  });
+  EXPECT_EQ(off.count(), 0) << off.first();
+  EXPECT_EQ(other.count(), 0) << other.first();
+  EXPECT_EQ(missing.count(), 0) << missing.first();
+  EXPECT_EQ(beyond.count(), 0) << beyond.first();
+  EXPECT_EQ(wrong_value.count(), 0) << wrong_value.first();
+  EXPECT_GT(filled, voxel_count(scene_.size) / 20);
+  EXPECT_LE(unsure, filled / 50);
+}
+
+std::string name_of_scene(const ::testing::TestParamInfo<std::tuple<Shape, unsigned>>& info) {
+  const char* const shapes[] = {"smooth", "rough", "folded", "wild"};
+  return std::string(shapes[static_cast<int>(std::get<0>(info.param))]) +
+         std::to_string(std::get<1>(info.param));
+}
+INSTANTIATE_TEST_SUITE_P(Smooth, Voxels,
+                         ::testing::Combine(::testing::Values(Shape::smooth),
+                                            ::testing::Range(1u, 11u)),
+                         name_of_scene);
+INSTANTIATE_TEST_SUITE_P(Rough, Voxels,
+                         ::testing::Combine(::testing::Values(Shape::rough),
+                                            ::testing::Range(11u, 21u)),
+                         name_of_scene);
+INSTANTIATE_TEST_SUITE_P(Folded, Voxels,
+                         ::testing::Combine(::testing::Values(Shape::folded),
+                                            ::testing::Range(21u, 31u)),
+                         name_of_scene);
+INSTANTIATE_TEST_SUITE_P(Wild, Voxels,
+                         ::testing::Combine(::testing::Values(Shape::wild),
+                                            ::testing::Range(31u, 37u)),
+                         name_of_scene);
+
+}  // namespace
+}  // namespace maille
