@@ -4,7 +4,10 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "tests/measure/deformed_scenes.h"
 #include "tests/resample/scenes.h"
@@ -14,6 +17,7 @@ namespace maille::testing {
 enum class Shape {
   smooth,  // long waves; no two points of it lie in one place
   rough,   // every element by itself; no two points of it lie in one place either
+  steep,   // layers stretched 4 times beside layers squeezed to a quarter; one answer everywhere
   folded,  // waves that fold over
   wild     // every element by itself, far past folding, many at rest
 };
@@ -61,6 +65,37 @@ class Chance {
   std::mt19937 random_;
 };
 
+// x = a(X) + b(Y) + c(Z), y = d(Y) + e(Z), z = f(Z), with a, d, f rising by a quarter to 4 from one
+// layer to the next: that has one answer, and it is exactly what a lattice holds.
+inline Field steep(Chance& chance, Size3 size) {
+  using Layers = std::vector<double>;
+  const auto layers = [&](int count, auto&& step) {
+    Layers at(static_cast<std::size_t>(count), 0.0);
+    for (std::size_t i = 1; i < at.size(); ++i) at[i] = at[i - 1] + step();
+    const double middle = at[at.size() / 2];
+    for (double& a : at) a -= middle;
+    return at;
+  };
+  Layers own[3];
+  for (int c = 0; c < 3; ++c) {
+    own[c] = layers(size[c], [&] {
+      return chance.below(2) == 0 ? chance.between(0.25, 1.0) : chance.between(1.0, 4.0);
+    });
+  }
+  const auto slope = [&] { return chance.between(-0.5, 0.5); };
+  const Layers x_by_y = layers(size.y, slope);
+  const Layers x_by_z = layers(size.z, slope);
+  const Layers y_by_z = layers(size.z, slope);
+  const glm::dvec3 middle(size / 2);
+  return [=](glm::dvec3 p) {
+    const auto x = static_cast<std::size_t>(p.x);
+    const auto y = static_cast<std::size_t>(p.y);
+    const auto z = static_cast<std::size_t>(p.z);
+    return middle - p +
+           glm::dvec3(own[0][x] + x_by_y[y] + x_by_z[z], own[1][y] + y_by_z[z], own[2][z]);
+  };
+}
+
 inline RandomScene random_scene(Shape shape, unsigned seed) {
   Chance chance(seed);
   const Size3 size = chance.size();
@@ -77,6 +112,7 @@ inline RandomScene random_scene(Shape shape, unsigned seed) {
       // Edges differ from those at rest by at most twice that in each component.
       u = [&chance, shift](glm::dvec3) { return chance.vector(0.16) + shift; };
       break;
+    case Shape::steep: u = steep(chance, size); break;
     case Shape::folded:
       u = [waves = smooth_waves(seed, 1.6), shift](glm::dvec3 p) { return waves(p) + shift; };
       break;
@@ -106,6 +142,13 @@ inline std::vector<glm::dvec3> displacements_of(const Lattice& lattice) {
   for_each_voxel(lattice.grid().volume_size(),
                  [&](VoxelIndex v) { u_voxels.push_back(lattice.displacement_voxels(v)); });
   return u_voxels;
+}
+
+inline std::string name_of_scene(
+    const ::testing::TestParamInfo<std::tuple<Shape, unsigned>>& info) {
+  constexpr const char* kShapes[] = {"smooth", "rough", "steep", "folded", "wild"};
+  return std::string(kShapes[static_cast<int>(std::get<0>(info.param))]) +
+         std::to_string(std::get<1>(info.param));
 }
 
 }  // namespace maille::testing

@@ -1,11 +1,10 @@
 // Every voxel of random deformed volumes against all that could lie there, in double precision.
 #include <cmath>
-#include <cstring>
-#include <sstream>
 
 #include <gtest/gtest.h>
 
 #include "references/nearest_brute_force.h"
+#include "tests/resample/faults.h"
 #include "tests/resample/random_scenes.h"
 #include "tests/resample/resampled.h"
 #include "tests/resample/true_answers.h"
@@ -37,21 +36,6 @@ class Voxels : public ::testing::TestWithParam<std::tuple<Shape, unsigned>> {
 
   RandomScene scene_;
   TrueAnswers truth_;
-};
-
-// What a test finds wrong: how often, and the first.
-class Faults {
- public:
-  template <class... Parts>
-  void add(const Parts&... parts) {
-    if (count_++ == 0) (first_ << ... << parts);
-  }
-  std::int64_t count() const { return count_; }
-  std::string first() const { return first_.str(); }
-
- private:
-  std::int64_t count_ = 0;
-  std::ostringstream first_;
 };
 
 // Whatever folds: of all elements none lies nearer than the one whose value is shown.
@@ -130,7 +114,7 @@ TEST_P(Voxels, ShowAPointThatLiesThere) {
       if (!truth_.may_be_covered(v, kEnd_voxels)) beyond.add(text(v));
     } else if (!scene_.folds) {
       ASSERT_EQ(answers.rest.size(), 1u) << text(v);
-      // Edges keep a 25th of their length at least.
+      // Nothing is squeezed to less than a 25th.
       if (!(glm::distance(answers.rest[0], at) <= 25 * kRest_voxels)) {
         other.add(text(v), ": ", text(at), " not ", text(answers.rest[0]));
       }
@@ -145,11 +129,6 @@ TEST_P(Voxels, ShowAPointThatLiesThere) {
   EXPECT_LE(unsure, filled / 50);
 }
 
-std::string name_of_scene(const ::testing::TestParamInfo<std::tuple<Shape, unsigned>>& info) {
-  const char* const shapes[] = {"smooth", "rough", "folded", "wild"};
-  return std::string(shapes[static_cast<int>(std::get<0>(info.param))]) +
-         std::to_string(std::get<1>(info.param));
-}
 INSTANTIATE_TEST_SUITE_P(Smooth, Voxels,
                          ::testing::Combine(::testing::Values(Shape::smooth),
                                             ::testing::Range(1u, 11u)),
@@ -157,6 +136,10 @@ INSTANTIATE_TEST_SUITE_P(Smooth, Voxels,
 INSTANTIATE_TEST_SUITE_P(Rough, Voxels,
                          ::testing::Combine(::testing::Values(Shape::rough),
                                             ::testing::Range(11u, 21u)),
+                         name_of_scene);
+INSTANTIATE_TEST_SUITE_P(Steep, Voxels,
+                         ::testing::Combine(::testing::Values(Shape::steep),
+                                            ::testing::Range(61u, 69u)),
                          name_of_scene);
 INSTANTIATE_TEST_SUITE_P(Folded, Voxels,
                          ::testing::Combine(::testing::Values(Shape::folded),

@@ -89,6 +89,24 @@ class TrueAnswers {
     return any_around(point, slack_voxels, [](const Answers& a) { return a.rest.empty(); });
   }
 
+  // Whether a cell, by its lowest corner, has all its links and elements.
+  static bool whole(const Cuts& cuts, VoxelIndex base) {
+    const Size3 size = cuts.grid().volume_size();
+    for (unsigned k = 0; k < 8; ++k) {
+      const VoxelIndex corner = base + VoxelIndex(k & 1u, k >> 1 & 1u, k >> 2);
+      const VoxelIndex element = glm::clamp(corner, VoxelIndex(0), size - 1);
+      if (cuts.carved(element)) return false;
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        if (k >> axis & 1u) continue;
+        VoxelIndex next = corner;
+        ++next[static_cast<int>(axis)];
+        const VoxelIndex upper = glm::clamp(next, VoxelIndex(0), size - 1);
+        if (upper != element && cuts.removed(element, static_cast<int>(axis))) return false;
+      }
+    }
+    return true;
+  }
+
  private:
   using Corners = std::array<glm::dvec3, 8>;  // (i,j,k) at i + 2j + 4k
   struct Cell {
@@ -206,23 +224,6 @@ class TrueAnswers {
       }
     }
     return false;
-  }
-
-  static bool whole(const Cuts& cuts, VoxelIndex base) {
-    const Size3 size = cuts.grid().volume_size();
-    for (unsigned k = 0; k < 8; ++k) {
-      const VoxelIndex corner = base + VoxelIndex(k & 1u, k >> 1 & 1u, k >> 2);
-      const VoxelIndex element = glm::clamp(corner, VoxelIndex(0), size - 1);
-      if (cuts.carved(element)) return false;
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        if (k >> axis & 1u) continue;
-        VoxelIndex next = corner;
-        ++next[static_cast<int>(axis)];
-        const VoxelIndex upper = glm::clamp(next, VoxelIndex(0), size - 1);
-        if (upper != element && cuts.removed(element, static_cast<int>(axis))) return false;
-      }
-    }
-    return true;
   }
 
   Cell cell_of(const Lattice& lattice, VoxelIndex base) const {
