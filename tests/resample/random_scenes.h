@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <string>
 #include <tuple>
@@ -96,9 +97,9 @@ inline Field steep(Chance& chance, Size3 size) {
   };
 }
 
-inline RandomScene random_scene(Shape shape, unsigned seed) {
+inline RandomScene random_scene(Shape shape, unsigned seed, std::optional<Size3> of_size = {}) {
   Chance chance(seed);
-  const Size3 size = chance.size();
+  const Size3 size = of_size ? *of_size : chance.size();
   const glm::dvec3 spacing_mm = chance.spacing_mm();
   const glm::dvec3 shift =
       chance.below(2) == 0 ? glm::dvec3(0) : chance.vector(0.2) * glm::dvec3(glm::min(size, 15));

@@ -25,8 +25,8 @@ struct PartedScene {
   Volume volume;
 };
 
-PartedScene parted_scene(Shape shape, unsigned seed) {
-  RandomScene whole = random_scene(shape, seed);
+PartedScene parted_scene(Shape shape, unsigned seed, std::optional<Size3> of_size = {}) {
+  RandomScene whole = random_scene(shape, seed, of_size);
   const Size3 size = whole.size;
   Chance chance(500 + seed);
   const auto anywhere = [&] { return glm::dvec3(size - 1) * (0.5 + 0.8 * chance.vector(0.5)); };
@@ -139,6 +139,26 @@ TEST_P(PartedVoxels, OfWholeCellsShowAPointThatLiesThere) {
   EXPECT_GT(of_whole_cells, voxel_count(size) / 20);
 }
 
+// Of some bricks, each of which any thread may take.
+TEST(PartedVolumes, HaveTheSameBitsForAnyNumberOfThreads) {
+  for (const Shape shape :
+       {Shape::smooth, Shape::rough, Shape::steep, Shape::folded, Shape::wild}) {
+    const PartedScene scene = parted_scene(shape, 7, Size3(70, 45, 35));
+    for (const Cuts& cuts : {scene.cuts, Cuts(scene.whole.size)}) {
+      for (const ResampleMethod method : kResampleMethods) {
+        const auto one = resampled(scene.volume, scene.lattice, cuts, method, 1);
+        for (const int threads : {2, 5}) {
+          const auto many = resampled(scene.volume, scene.lattice, cuts, method, threads);
+          EXPECT_TRUE(same_bytes(one.volume, many.volume))
+              << "shape " << static_cast<int>(shape) << ", " << threads << " threads";
+          EXPECT_EQ(one.counts.background_voxels, many.counts.background_voxels);
+          EXPECT_EQ(one.counts.moved_voxels, many.counts.moved_voxels);
+        }
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Smooth, PartedVoxels,
                          ::testing::Combine(::testing::Values(Shape::smooth),
                                             ::testing::Range(41u, 46u)),
@@ -146,6 +166,10 @@ INSTANTIATE_TEST_SUITE_P(Smooth, PartedVoxels,
 INSTANTIATE_TEST_SUITE_P(Rough, PartedVoxels,
                          ::testing::Combine(::testing::Values(Shape::rough),
                                             ::testing::Range(46u, 51u)),
+                         name_of_scene);
+INSTANTIATE_TEST_SUITE_P(Steep, PartedVoxels,
+                         ::testing::Combine(::testing::Values(Shape::steep),
+                                            ::testing::Range(71u, 74u)),
                          name_of_scene);
 INSTANTIATE_TEST_SUITE_P(Folded, PartedVoxels,
                          ::testing::Combine(::testing::Values(Shape::folded),
