@@ -14,6 +14,11 @@ inline constexpr double kBackground = -1000.0;
 inline constexpr ResampleMethod kResampleMethods[] = {ResampleMethod::nearest,
                                                       ResampleMethod::linear};
 
+// Whether a method shows an element that lies on a voxel mixed with those around it.
+inline bool is_smoothed(ResampleMethod method) {
+  return method != ResampleMethod::nearest && method != ResampleMethod::linear;
+}
+
 struct Resampled {
   Volume volume;
   ResampleCounts counts;
