@@ -133,7 +133,7 @@ TEST(ClosedForms, QuarterTurnsAreExact) {
           wrong.add(text(v), ": ", value, " not ", volume.value_at(from));
         }
       });
-      EXPECT_EQ(wrong.count(), 0) << static_cast<int>(method) << ": " << wrong.first();
+      EXPECT_EQ(wrong.count(), 0) << name_of(method) << ": " << wrong.first();
       EXPECT_GT(shown, 20'000);
     }
   }

@@ -89,7 +89,7 @@ TEST_P(PartedVoxels, ShowOnePartOnly) {
       }
       if (!of_one) mixed.add(text(v), ": ", value);
     });
-    EXPECT_EQ(mixed.count(), 0) << static_cast<int>(method) << ": " << mixed.first();
+    EXPECT_EQ(mixed.count(), 0) << name_of(method) << ": " << mixed.first();
     EXPECT_GT(of_part[0] + of_part[1] + of_part[2], voxel_count(scene_.whole.size) / 10);
   }
 }

@@ -11,13 +11,8 @@ namespace maille::testing {
 
 inline constexpr double kBackground = -1000.0;
 
-inline constexpr ResampleMethod kResampleMethods[] = {ResampleMethod::nearest,
-                                                      ResampleMethod::linear};
-
 // Whether a method shows an element that lies on a voxel mixed with those around it.
-inline bool is_smoothed(ResampleMethod method) {
-  return method != ResampleMethod::nearest && method != ResampleMethod::linear;
-}
+inline bool is_smoothed(ResampleMethod method) { return method == ResampleMethod::rbf; }
 
 struct Resampled {
   Volume volume;

@@ -1,4 +1,4 @@
-// The row sampler with vectors of 256 bits.
+// The loops over rows of values with vectors of 256 bits.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define MAILLE_WIDTH 256
 // Optimised in any build: without that loops stay loops of single numbers, whatever the width.

@@ -1,4 +1,5 @@
-// Rows of rest positions, and what samplers compiled for several vector widths make of them.
+// Rows of rest positions and of weighted values, and what the loops over them make of these, to
+// compare versions compiled for several vector widths.
 #pragma once
 
 #include <bit>
@@ -13,13 +14,19 @@
 
 namespace maille::testing {
 
-// Bits of all that a sampler says of all rows of a scene.
+// Bits of all that is said of all rows of a scene.
 using SampledBits = std::vector<std::uint32_t>;
 
-// By the version of the sampler that the loader chose.
+// By the versions that the loader chose.
 SampledBits sampled_by_loaders_choice(unsigned seed);
 
-template <class RowSampler>
+inline std::uint32_t bits_of(float value) {
+  // Which NaN comes of several is the machine's affair.
+  return std::bit_cast<std::uint32_t>(value != value ? std::numeric_limits<float>::quiet_NaN()
+                                                     : value);
+}
+
+template <class RowSampler, class GaussianMean>
 SampledBits sampled_by(unsigned seed) {
   constexpr Size3 kSize{21, 13, 11};
   std::mt19937 random(seed);
@@ -50,17 +57,24 @@ SampledBits sampled_by(unsigned seed) {
       }
       rest[x][3] = 0.0f;
     }
-    sampler.sample(std::span<const float>(voxels), rest, count);
-    for (int x = 0; x < count; ++x) {
-      const float value = sampler.value(x);
-      // Which NaN comes of several is the machine's affair.
-      bits.push_back(std::bit_cast<std::uint32_t>(
-          value != value ? std::numeric_limits<float>::quiet_NaN() : value));
-      bits.push_back(sampler.is_among(x));
-      for (int c = 0; c < 3; ++c) {
-        bits.push_back(std::bit_cast<std::uint32_t>(sampler.position(x)[c]));
+    for (const CellMap map : {CellMap::trilinear, CellMap::tetrahedra}) {
+      sampler.sample(std::span<const float>(voxels), map, rest, count);
+      for (int x = 0; x < count; ++x) {
+        bits.push_back(bits_of(sampler.value(x)));
+        bits.push_back(sampler.is_among(x));
+        for (int c = 0; c < 3; ++c) bits.push_back(bits_of(sampler.position(x)[c]));
       }
     }
+    const int each = 1 + static_cast<int>(random() % GaussianMean::kMost);
+    GaussianMean mean;
+    for (int x = 0; x < count; ++x) {
+      for (int k = 0; k < each; ++k) {
+        const std::size_t i = random() % voxels.size();
+        mean.set(x, k, between(0.0, random() % 8 == 0 ? 1e4 : 9.0), voxels[i]);
+      }
+    }
+    mean.compute(count, each);
+    for (int x = 0; x < count; ++x) bits.push_back(bits_of(mean.value(x)));
   }
   return bits;
 }

@@ -7,13 +7,14 @@
 #include <gtest/gtest.h>
 
 #include "resample/claims.h"
+#include "resample/gaussian_mean.h"
 #include "tests/resample/resampled.h"
 #include "tests/resample/row_sampler_scenes.h"
 
 namespace maille {
 
 testing::SampledBits testing::sampled_by_loaders_choice(unsigned seed) {
-  return sampled_by<RowSampler>(seed);
+  return sampled_by<RowSampler, GaussianMean>(seed);
 }
 
 namespace {
@@ -38,7 +39,7 @@ TEST(RowSampler, MixesAsDoublesDo) {
         at[c] = static_cast<float>(between(-1.0, elements.size()[c] + 0.5));
       }
     }
-    sampler.sample(volume.voxels<float>(), rest, kBrickEdge);
+    sampler.sample(volume.voxels<float>(), CellMap::trilinear, rest, kBrickEdge);
     for (int x = 0; x < kBrickEdge; ++x) {
       const glm::dvec3 at = glm::dvec3(rest[x][0], rest[x][1], rest[x][2]);
       // Half a voxel beyond where the elements end with the volume: along y, and above along z.
