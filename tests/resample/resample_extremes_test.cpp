@@ -3,6 +3,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <ostream>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -39,11 +40,14 @@ void expect_true_answers(const Lattice& lattice, glm::dvec3 spacing_mm = glm::dv
     const bool held = !answers.rest.empty();
     EXPECT_EQ(shown, linear.volume.value_at(v) != kBackground) << text(v);
     if (held == shown) {
-      EXPECT_EQ(shown, nearest.volume.value_at(v) != kBackground) << text(v);
+      const double value = nearest.volume.value_at(v);
+      EXPECT_EQ(shown, value != kBackground) << text(v);
       if (shown) {
         EXPECT_LT(glm::distance(moved(lattice, at), glm::dvec3(v)), 1e-3) << text(v);
+      }
+      if (value != kBackground) {
         const glm::dvec3 here_mm = glm::dvec3(v) * spacing_mm;
-        const auto found = static_cast<std::size_t>(nearest.volume.value_at(v));
+        const auto found = static_cast<std::size_t>(value);
         EXPECT_LE(std::sqrt(elements.distance(found, here_mm).squared_mm2),
                   std::sqrt(all.nearest_to(here_mm).squared_mm2) + 1e-4)
             << text(v);
@@ -235,6 +239,61 @@ TEST(Extremes, LatticesOfOneCellAndOfOneElement) {
     expect_true_answers(lattice, seed % 3 == 0 ? glm::dvec3(1, 0.7, 1.8) : glm::dvec3(1));
   }
 }
+
+// What went wrong once, made as small as it could be: sheared past its own height, and folded.
+struct SmallLattice {
+  const char* name;
+  Size3 size;
+  std::vector<glm::dvec3> u_voxels;
+};
+void PrintTo(const SmallLattice& lattice, std::ostream* out) { *out << lattice.name; }
+const SmallLattice kSmallLattices[] = {
+    {"sheared",
+     {3, 3, 1},
+     {{-1.25, 0.25, 0},
+      {-1.25, 0.25, 0},
+      {-1.25, 0.25, 0},
+      {0.25, 0.25, 0},
+      {0.25, 0.25, 0},
+      {0.25, 0.25, 0},
+      {1.75, 0.25, 0},
+      {1.75, 0.25, 0},
+      {1.75, 0.25, 0}}},
+    {"row_past_its_end",
+     {3, 1, 1},
+     {{0.875, -0.875, 0.25}, {-1.625, -1.625, -1.125}, {1, 1.25, 0.5}}},
+    {"row_there_and_back",
+     {3, 1, 1},
+     {{-1.75, 1.375, -0.5}, {1.875, -1.625, -0.375}, {-0.625, 0, 2}}},
+    {"row_beside_a_voxel",
+     {3, 1, 1},
+     {{0, -1.625, -1.375}, {-1.25, 1.25, -1.75}, {-1.875, 0.5, 0.375}}},
+    {"square_beside_a_voxel",
+     {2, 2, 1},
+     {{-1.75, 1.375, -0.5}, {1.875, -1.625, -0.375}, {-0.625, 0, 2}, {1.25, 0.625, 1.25}}},
+    {"square_over_a_voxel",
+     {2, 2, 1},
+     {{-1.75, -0.375, -0.625}, {1, 0.875, -0.625}, {-0.125, -0.875, 1.125}, {1.25, -1.875, -0.75}}},
+    {"bent",
+     {3, 2, 1},
+     {{2, 1.75, -1.5},
+      {2, -1, -0.375},
+      {-0.5, 0.625, 1.75},
+      {1.375, -0.75, 0.125},
+      {-0.25, -1.125, 0.125},
+      {1.625, -0.125, -0.25}}},
+};
+class Small : public ::testing::TestWithParam<SmallLattice> {};
+TEST_P(Small, LatticesShowWhatLiesThere) {
+  const SmallLattice& small = GetParam();
+  expect_true_answers(lattice_from(small.size, [&](glm::dvec3 p) {
+    return small.u_voxels[static_cast<std::size_t>(linear_index(VoxelIndex(p), small.size))];
+  }));
+}
+std::string name_of_small(const ::testing::TestParamInfo<SmallLattice>& lattice) {
+  return lattice.param.name;
+}
+INSTANTIATE_TEST_SUITE_P(Lattices, Small, ::testing::ValuesIn(kSmallLattices), name_of_small);
 
 TEST(Extremes, BorderBricksOfOneVoxel) {
   for (const Size3 size : {Size3(33, 4, 5), Size3(3, 33, 5), Size3(65, 3, 4), Size3(4, 2, 65)}) {

@@ -1,4 +1,5 @@
 // Every voxel of random deformed volumes against all that could lie there, in double precision.
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -127,6 +128,70 @@ TEST_P(Voxels, ShowAPointThatLiesThere) {
   EXPECT_EQ(wrong_value.count(), 0) << wrong_value.first();
   EXPECT_GT(filled, voxel_count(scene_.size) / 20);
   EXPECT_LE(unsure, filled / 50);
+}
+
+// The reference itself: of where a point has got to, that point is an answer.
+TEST_P(Voxels, HaveEveryPointThatIsCarriedThereAmongTheirAnswers) {
+  Chance chance(2000 + std::get<1>(GetParam()));
+  Faults lost;
+  int unsure = 0;
+  int found = 0;
+  for (int i = 0; i < 500; ++i) {
+    const glm::dvec3 start = 0.5 * glm::dvec3(scene_.size - 1) +
+                             (0.5 * glm::dvec3(scene_.size) - 1e-6) * chance.vector(1.0);
+    const glm::dvec3 now = moved(scene_.lattice, start);
+    if (!contains(scene_.size, VoxelIndex(glm::round(now)))) continue;
+    const auto answers = truth_.at(now);
+    unsure += answers.unsure;
+    const bool known = std::any_of(answers.rest.begin(), answers.rest.end(),
+                                   [&](glm::dvec3 at) { return glm::distance(at, start) < 1e-5; });
+    found += known;
+    if (!known && !answers.unsure) lost.add(text(start), " at ", text(now));
+  }
+  EXPECT_EQ(lost.count(), 0) << lost.first();
+  EXPECT_GT(found, 20);
+  EXPECT_LE(unsure, 10);
+}
+
+// Its u is linear in the tetrahedra around a cell's diagonal: in the order of t's components, from
+// the largest on.
+glm::dvec3 moved_by_tetrahedra(const Lattice& lattice, glm::dvec3 rest) {
+  const Size3 size = lattice.grid().volume_size();
+  const glm::dvec3 inside = glm::clamp(rest, glm::dvec3(0), glm::dvec3(size - 1));
+  const VoxelIndex base =
+      glm::max(glm::min(VoxelIndex(glm::floor(inside)), size - 2), VoxelIndex(0));
+  const glm::dvec3 t = inside - glm::dvec3(base);
+  int axes[] = {0, 1, 2};
+  std::sort(std::begin(axes), std::end(axes), [&](int a, int b) { return t[a] > t[b]; });
+  VoxelIndex corner = base;
+  glm::dvec3 at = rest + (1.0 - t[axes[0]]) * lattice.displacement_voxels(corner);
+  for (int i = 0; i < 3; ++i) {
+    ++corner[axes[i]];
+    const double weight = t[axes[i]] - (i < 2 ? t[axes[i + 1]] : 0.0);
+    if (weight > 0.0) {
+      at += weight * lattice.displacement_voxels(glm::min(corner, VoxelIndex(size - 1)));
+    }
+  }
+  return at;
+}
+TEST_P(Voxels, ShowAPointThatLiesThereByTetrahedra) {
+  const Cuts cuts(scene_.size);
+  const std::vector<glm::vec3> rest =
+      rest_positions(numbered(scene_.size), scene_.lattice, cuts, ResampleMethod::barycentric);
+  Faults off;
+  std::int64_t filled = 0;
+  std::size_t i = 0;
+  for_each_voxel(scene_.size, [&](VoxelIndex v) {
+    const glm::dvec3 at(rest[i++]);
+    if (std::isnan(at.x)) return;
+    ++filled;
+    const double off_voxels = glm::distance(moved_by_tetrahedra(scene_.lattice, at), glm::dvec3(v));
+    if (!(off_voxels <= kRest_voxels)) {
+      off.add(text(v), ": ", text(at), " lies ", off_voxels, " voxels away");
+    }
+  });
+  EXPECT_EQ(off.count(), 0) << off.first();
+  EXPECT_GT(filled, voxel_count(scene_.size) / 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(Smooth, Voxels,

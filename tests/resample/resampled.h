@@ -33,8 +33,9 @@ inline bool same_bytes(const Volume& a, const Volume& b) {
 
 // Of every voxel, x fastest. NaN where nothing is.
 inline std::vector<glm::vec3> rest_positions(const Volume& volume, const Lattice& lattice,
-                                             const Cuts& cuts) {
-  const Resampler resampler(volume, lattice, cuts, ResampleMethod::linear, kBackground);
+                                             const Cuts& cuts,
+                                             ResampleMethod method = ResampleMethod::linear) {
+  const Resampler resampler(volume, lattice, cuts, method, kBackground);
   const BrickGrid& grid = lattice.grid();
   std::vector<glm::vec3> all(static_cast<std::size_t>(voxel_count(volume.size())));
   std::vector<glm::vec3> brick(kBrickVoxels);
