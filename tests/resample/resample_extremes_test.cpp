@@ -21,6 +21,13 @@ namespace {
 
 using namespace testing;
 
+// Of numbered().
+VoxelIndex volume_index(double value, Size3 size) {
+  const auto n = static_cast<std::int64_t>(value);
+  return {static_cast<int>(n % size.x), static_cast<int>(n / size.x % size.y),
+          static_cast<int>(n / size.x / size.y)};
+}
+
 // Every voxel against all cells and elements: for lattices that have no closed form.
 void expect_true_answers(const Lattice& lattice, glm::dvec3 spacing_mm = glm::dvec3(1)) {
   const Size3 size = lattice.grid().volume_size();
@@ -172,6 +179,57 @@ TEST(Extremes, CarriedAMillionVoxelsAway) {
       const auto out = resampled(numbered(size), lattice, Cuts(size), method);
       EXPECT_EQ(out.counts.background_voxels, voxel_count(size));
       EXPECT_EQ(out.counts.unfilled_voxels, 0);
+    }
+  }
+}
+
+// There it lies, in bricks beyond the volume.
+TEST(Extremes, SeenAMillionVoxelsBeyondTheVolume) {
+  const Size3 size{34, 33, 9};
+  const Volume volume = numbered(size);
+  for (const glm::dvec3 by : {glm::dvec3(1e6, 0, 0), glm::dvec3(-1e6 + 0.375, 3.25, 0),
+                              glm::dvec3(-1e6, 999'999.5, -1e6)}) {
+    const Lattice lattice = lattice_from(size, [&](glm::dvec3) { return by; });
+    const VoxelBox there{VoxelIndex(glm::floor(by)) - 2, VoxelIndex(glm::ceil(by)) + size + 2};
+    for (const ResampleMethod method : kResampleMethods) {
+      const Resampler resampler(volume, lattice, Cuts(size), method, kBackground);
+      Faults wrong;
+      std::int64_t shown = 0;
+      const BrickIndex lo = BrickGrid::brick_of(there.lo);
+      for_each_voxel(BrickGrid::brick_of(there.hi) - lo + 1, [&](BrickIndex b) {
+        const VoxelIndex first = (lo + b) * kBrickEdge;
+        const VoxelBox box = intersection({first, first + kBrickEdge}, there);
+        if (box.empty()) return;
+        std::vector<std::byte> bytes(kBrickVoxels * sizeof(float));
+        resampler.resample(box, bytes, false);
+        std::size_t i = 0;
+        for_each_voxel(box.size(), [&](VoxelIndex in_box) {
+          float value = 0.0f;
+          std::memcpy(&value, &bytes[sizeof value * i++], sizeof value);
+          const VoxelIndex v = box.lo + in_box;
+          const glm::dvec3 rest = glm::dvec3(v) - by;
+          const glm::dvec3 depth = glm::min(rest, glm::dvec3(size - 1) - rest) + 0.5;
+          const double least = std::min({depth.x, depth.y, depth.z});
+          if (least == 0.0) return;  // at the very end
+          const bool filled = value != static_cast<float>(kBackground);
+          shown += filled;
+          if (filled != (least > 0.0)) {
+            wrong.add(text(v), ": ", value, " of ", text(rest));
+          } else if (filled && method == ResampleMethod::nearest) {
+            const glm::dvec3 element(volume_index(value, size));
+            const glm::dvec3 inside = glm::clamp(rest, glm::dvec3(0), glm::dvec3(size - 1));
+            const glm::dvec3 away = glm::abs(element - inside);
+            if (std::max({away.x, away.y, away.z}) > 0.5) wrong.add(text(v), ": ", value);
+          } else if (filled && !is_smoothed(method)) {
+            // Along z numbers rise by more than a thousand a voxel.
+            if (std::abs(value - trilinear(volume, rest)) > 0.5) {
+              wrong.add(text(v), ": ", value, " not ", trilinear(volume, rest));
+            }
+          }
+        });
+      });
+      EXPECT_EQ(wrong.count(), 0) << name_of(method) << ": " << wrong.first();
+      EXPECT_GE(shown, voxel_count(size - 1));
     }
   }
 }

@@ -212,7 +212,7 @@ INSTANTIATE_TEST_SUITE_P(Folded, Voxels,
                          name_of_scene);
 INSTANTIATE_TEST_SUITE_P(Wild, Voxels,
                          ::testing::Combine(::testing::Values(Shape::wild),
-                                            ::testing::Range(31u, 37u)),
+                                            ::testing::Range(31u, 35u)),
                          name_of_scene);
 
 }  // namespace
