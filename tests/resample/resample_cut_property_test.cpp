@@ -141,7 +141,7 @@ TEST_P(PartedVoxels, OfWholeCellsShowAPointThatLiesThere) {
 
 // Of some bricks, each of which any thread may take.
 TEST(PartedVolumes, HaveTheSameBitsForAnyNumberOfThreads) {
-  for (const Shape shape : {Shape::rough, Shape::steep, Shape::folded}) {
+  for (const Shape shape : {Shape::smooth, Shape::folded}) {
     const PartedScene scene = parted_scene(shape, 7, Size3(36, 34, 33));
     for (const Cuts& cuts : {scene.cuts, Cuts(scene.whole.size)}) {
       for (const ResampleMethod method : kResampleMethods) {
