@@ -12,6 +12,10 @@ namespace {
 // How far rounding may put a voxel on the wrong side of a cell's bounds.
 constexpr float kBoundsSlack_voxels = 1e-3f;
 
+float slack_of(ClaimPass pass) {
+  return pass == ClaimPass::inside ? kBoundsSlack_voxels : kNearMiss_cells;
+}
+
 VoxelBox voxels_within(Float4 lowest, Float4 highest, float slack, glm::ivec3 extent) {
   VoxelBox voxels;
   for (int c = 0; c < 3; ++c) {
@@ -48,6 +52,11 @@ class Octants {
 
   bool there(unsigned corner) const { return !links_.carved(corner); }
 
+  // Flat faces, its own or of whole cells, meet bent ones.
+  bool leaves_slivers(const CellInverse& inverse) const {
+    return inverse.stands_in() || volume_.cell_map == CellMap::tetrahedra;
+  }
+
   // Turned as the cell is: lower end first along each axis.
   DeformedCell shape(unsigned corner) const {
     DeformedCell octant;
@@ -56,10 +65,8 @@ class Octants {
   }
 
   std::optional<Claim> claim(unsigned corner, const CellInverse& inverse, glm::vec3 point,
-                             float margin) const {
-    // Flat faces of whole cells meet an octant's bent ones.
-    const bool near_misses = inverse.stands_in() || volume_.cell_map == CellMap::tetrahedra;
-    auto t = inverse(point, near_misses ? margin : kInside_cells);
+                             ClaimPass pass) const {
+    auto t = inverse(point, margin_of(pass, leaves_slivers(inverse)));
     if (!t || beyond_end(corner, *t)) return std::nullopt;
     unsigned own = corner;  // where the element is, if this corner stands in for it
     for (int c = 0; c < 3; ++c) {
@@ -118,10 +125,9 @@ class Octants {
 };
 
 void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& claims,
-                     float margin) {
+                     ClaimPass pass) {
   const glm::ivec3 extent = box.size();
-  const bool only_uncovered = margin > kInside_cells;
-  const float slack = only_uncovered ? margin : kBoundsSlack_voxels;
+  const float slack = slack_of(pass);
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (!octants.there(corner)) continue;
     const DeformedCell shape = octants.shape(corner);
@@ -134,10 +140,12 @@ void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& c
     std::optional<CellInverse> inverse;
     const VoxelBox voxels = voxels_within(lowest, highest, slack, extent);
     for_each_voxel(voxels, extent, [&](std::size_t i, glm::vec3 point) {
-      if (claims.score[i] == BrickClaims::kOwned) return;
-      if (only_uncovered && claims.score[i] < kMissPenalty) return;
+      if (!claims.is_open(i, pass)) return;
       if (!inverse) inverse.emplace(shape, CellMap::trilinear);
-      const auto claim = octants.claim(corner, *inverse, point, margin);
+      if (pass == ClaimPass::near_folds && octants.leaves_slivers(*inverse)) {
+        claims.beside_fold[i] = 1;
+      }
+      const auto claim = octants.claim(corner, *inverse, point, pass);
       if (claim && claims.take(i, *claim)) claims.cut[i] |= BrickClaims::in_octant;
     });
   }
@@ -145,10 +153,11 @@ void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& c
 
 }  // namespace
 
-void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, float margin) {
+void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims,
+                      ClaimPass pass) {
   const DeformedVolume& volume = sight.volume();
   const glm::ivec3 extent = box.size();
-  const float slack = std::max(margin, kBoundsSlack_voxels);
+  const float slack = slack_of(pass);
   claims.cut.resize(claims.score.size(), 0);
   sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry& entry) {
     if (!entry.cut) return;
@@ -159,19 +168,22 @@ void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& clai
           for_each_voxel(
               voxels_within(lowest, highest, kBoundsSlack_voxels, extent), extent,
               [&](std::size_t i, glm::vec3) { claims.cut[i] |= BrickClaims::may_be_open; });
-          claim_voxels_of(Octants(volume, cell, base, box.lo), box, claims, margin);
+          claim_voxels_of(Octants(volume, cell, base, box.lo), box, claims, pass);
         });
   });
 }
 
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
-                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, float margin) {
+                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, ClaimPass pass,
+                               bool& beside_fold) {
   const Octants octants(volume, cell, base, origin);
   std::optional<Claim> best;
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (!octants.there(corner)) continue;
     const DeformedCell shape = octants.shape(corner);
-    const auto claim = octants.claim(corner, CellInverse(shape, CellMap::trilinear), point, margin);
+    const CellInverse inverse(shape, CellMap::trilinear);
+    beside_fold = beside_fold || octants.leaves_slivers(inverse);
+    const auto claim = octants.claim(corner, inverse, point, pass);
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   }
   return best;

@@ -9,12 +9,14 @@
 
 namespace maille {
 
-// Gives open voxels of a brick the rest positions that octants of moved cut cells within `margin`
-// of them claim, and notes the voxels that a cut may have left with nothing.
-void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, float margin);
+// Gives open voxels of a brick the rest positions that octants of moved cut cells claim, and notes
+// the voxels that a cut may have left with nothing.
+void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, ClaimPass pass);
 
-// The best claim of a cut cell's octants to a point. Positions are relative to origin.
+// The best claim of a cut cell's octants to a point. Positions are relative to origin. beside_fold
+// becomes true where near misses may be needed.
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
-                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, float margin);
+                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, ClaimPass pass,
+                               bool& beside_fold);
 
 }  // namespace maille

@@ -23,9 +23,9 @@ bool beyond_border(VoxelIndex base, glm::vec3 t, Size3 size) {
 
 // What a cell has to say about a point: its rest position, and how good the claim is.
 std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inverse, VoxelIndex base,
-                              glm::vec3 point, const DeformedVolume& volume, float margin) {
+                              glm::vec3 point, const DeformedVolume& volume, ClaimPass pass) {
   const Size3 size = volume.size();
-  auto t = inverse(point, inverse.stands_in() ? margin : kInside_cells);
+  auto t = inverse(point, margin_of(pass, inverse.stands_in()));
   if (!t || beyond_border(base, *t, size)) return std::nullopt;
   VoxelIndex element = base;
   std::size_t corner = 0;
@@ -42,10 +42,10 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
                rest_in_cell(base, glm::clamp(*t, 0.0f, 1.0f), size)};
 }
 
-// Gives open voxels the rest positions that cells within `margin` of them claim.
-void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, float margin) {
+// Gives open voxels the rest positions that cells claim.
+void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, ClaimPass pass) {
   const DeformedVolume& volume = sight.volume();
-  const bool only_uncovered = margin > kInside_cells;
+  const bool only_uncovered = pass != ClaimPass::inside;
   const glm::ivec3 extent = box.size();
   sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry&) {
     const float slack = only_uncovered ? kNearMiss_cells : 0.0f;
@@ -71,11 +71,12 @@ void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, 
             for (int y = first.y; y <= last.y; ++y) {
               for (int x = first.x; x <= last.x; ++x) {
                 const auto i = static_cast<std::size_t>((z * extent.y + y) * extent.x + x);
-                if (claims.score[i] == BrickClaims::kOwned) continue;
-                if (only_uncovered && claims.score[i] < kMissPenalty) continue;
+                if (!claims.is_open(i, pass)) continue;
                 if (!inverse) inverse.emplace(cell, volume.cell_map);
-                const auto claim =
-                    claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume, margin);
+                if (pass == ClaimPass::near_folds && inverse->stands_in()) {
+                  claims.beside_fold[i] = 1;
+                }
+                const auto claim = claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume, pass);
                 if (claim) claims.take(i, *claim);
               }
             }
@@ -88,46 +89,60 @@ void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, 
 
 void find_rest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
   const bool cut = sight.cut(box);
-  const auto claim = [&](float margin) {
-    claim_voxels(sight, box, claims, margin);
-    if (cut) claim_cut_voxels(sight, box, claims, margin);
+  const auto claim = [&](ClaimPass pass) {
+    claim_voxels(sight, box, claims, pass);
+    if (cut) claim_cut_voxels(sight, box, claims, pass);
   };
-  claim(kInside_cells);
-  if (std::find(claims.score.begin(), claims.score.end(), BrickClaims::kUncovered) !=
+  claim(ClaimPass::inside);
+  if (std::find(claims.score.begin(), claims.score.end(), BrickClaims::kUncovered) ==
       claims.score.end()) {
-    claim(kNearMiss_cells);
+    return;
+  }
+  claims.beside_fold.assign(claims.score.size(), 0);
+  claim(ClaimPass::near_folds);
+  if (std::find(claims.beside_fold.begin(), claims.beside_fold.end(), 1) !=
+      claims.beside_fold.end()) {
+    claim(ClaimPass::beside_folds);
   }
 }
 
 std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dvec3 point_voxel) {
   const Size3 size = volume.size();
+  bool in_volume = true;
   for (int c = 0; c < 3; ++c) {
-    if (!(point_voxel[c] >= -0.5 && point_voxel[c] <= size[c] - 0.5)) return std::nullopt;
+    if (!(std::abs(point_voxel[c]) < 1e9)) return std::nullopt;
+    in_volume = in_volume && point_voxel[c] >= -0.5 && point_voxel[c] <= size[c] - 0.5;
   }
   const auto origin = glm::ivec3(glm::floor(point_voxel));
   const glm::vec3 point(point_voxel - glm::dvec3(origin));
   const glm::vec3 low = point - kBoundsSlack_voxels;
   const glm::vec3 high = point + kBoundsSlack_voxels;
   std::optional<Claim> best;
+  bool beside_fold = false;
   const auto take = [&](const std::optional<Claim>& claim) {
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   };
-  for (const DeformedVolume::Entry& entry : volume.entries) {
-    const VoxelBox cells = entry.cover.cells_over(point_voxel);
-    for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
-                        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                          const CellInverse inverse(cell, volume.cell_map);
-                          take(claim_of(cell, inverse, base, point, volume, kNearMiss_cells));
-                        });
-    if (!entry.cut) continue;
-    for_each_moved_cell<CellKind::cut>(
-        volume.lattice, &volume.cuts, cells, origin, low, high,
-        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-          take(cut_claim(volume, cell, base, origin, point, kNearMiss_cells));
-        });
-  }
+  const auto look = [&](ClaimPass pass) {
+    for (const DeformedVolume::Entry& entry : volume.entries) {
+      const VoxelBox cells = entry.cover.cells_over(point_voxel);
+      for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
+                          [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+                            const CellInverse inverse(cell, volume.cell_map);
+                            beside_fold = beside_fold || inverse.stands_in();
+                            take(claim_of(cell, inverse, base, point, volume, pass));
+                          });
+      if (!entry.cut) continue;
+      for_each_moved_cell<CellKind::cut>(
+          volume.lattice, &volume.cuts, cells, origin, low, high,
+          [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+            take(cut_claim(volume, cell, base, origin, point, pass, beside_fold));
+          });
+    }
+  };
+  look(ClaimPass::near_folds);
+  if (!best && beside_fold) look(ClaimPass::beside_folds);
   // The cell that holds the point at rest, if all of it rests.
-  bool rests = true;
+  bool rests = in_volume;
   for (int k = 0; k < 8; ++k) {
     const VoxelIndex corner = origin + VoxelIndex(k & 1, (k >> 1) & 1, (k >> 2) & 1);
     const VoxelIndex element = glm::clamp(corner, VoxelIndex(0), size - 1);
@@ -139,7 +154,8 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     CornerPlanes planes(volume.lattice, nullptr, here, origin);
     planes.advance_to(origin.z);
     const DeformedCell cell = CellRow(planes, origin.y, origin.z, 1).cell(0);
-    const auto claim = cut_claim(volume, cell, origin, origin, point, kInside_cells);
+    const auto claim =
+        cut_claim(volume, cell, origin, origin, point, ClaimPass::inside, beside_fold);
     if (claim) score_at_rest = claim->score;
   } else if (rests) {
     const glm::vec3 away = (point - glm::round(point)) * volume.spacing_mm;
