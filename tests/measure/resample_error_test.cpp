@@ -83,13 +83,16 @@ TEST(ResampleError, WholeVoxelsLeaveNoneButForTheSmoothing) {
     for (const Row& row : scene_of(scene).rows) {
       SCOPED_TRACE(scene + (" " + way_of(row)) + " " + row.method);
       if (row.method == "rbf") {
-        EXPECT_GT(row.deviation->value.rms(), 1e-3);
+        // What rests or moves as a whole Maille may copy; the walk smooths whatever it finds.
+        EXPECT_LT(row.deviation->value.rms(), 1e-2);
+        if (row.way != "maille") {
+          EXPECT_GT(row.deviation->value.rms(), 1e-3);
+        }
       } else {
         EXPECT_EQ(row.deviation->value.max(), 0.0);
       }
       EXPECT_EQ(row.deviation->unfilled_voxels, 0);
-      EXPECT_FALSE(row.deviation->times_floor() && row.method != "rbf")
-          << "the grid has no error there either";
+      EXPECT_FALSE(row.deviation->times_floor()) << "the grid has no error there";
       if (row.found) {
         EXPECT_EQ(row.found->right, row.found->there);
       }
@@ -141,6 +144,11 @@ TEST(ResampleError, TheWalkFindsNearlyAllAndLosesItsWayAtFolds) {
   }
   EXPECT_GT(row_of("mild", "walk_26", "nearest").found->right_share(), 0.99);
   EXPECT_LT(row_of("mild", "walk_6", "nearest").found->right_share(), 1.0);
+}
+
+TEST(ResampleError, ReferencesAreMeasuredInTheMiddleLayers) {
+  EXPECT_EQ(scene_of("rest").reference_voxels, (VoxelBox{{0, 0, 17}, {40, 40, 23}}));
+  EXPECT_EQ(scene_of("shifted").reference_voxels, (VoxelBox{{5, 0, 18}, {40, 37, 24}}));
 }
 
 TEST(ResampleError, BruteForceMayTakeASample) {
@@ -242,6 +250,7 @@ TEST(ResampleBars, StandBesideWhatWasMeasured) {
   };
   add("nearest", 1, 60);
   add("nearest", 2, 119);
+  add("linear", 1, 61);
   add("linear", 2, 121);
   add("barycentric", 2, 80.5);
   add("rbf", 2, 34);
@@ -249,7 +258,7 @@ TEST(ResampleBars, StandBesideWhatWasMeasured) {
   deviation.value.add(1.06);
   deviation.floor.add(1.0);
   deviation.unfilled_voxels = 3;
-  scene.rows[2].deviation = deviation;
+  scene.rows[2].deviation = scene.rows[3].deviation = deviation;
   report.scenes.push_back(scene);
   scene.moves = false;  // has no bars for its speed and error, but nothing may be left open
   report.scenes.push_back(scene);
@@ -273,7 +282,7 @@ TEST(ResampleBars, StandBesideWhatWasMeasured) {
   EXPECT_EQ(bars[0].bar, 120.0);
   EXPECT_NEAR(bars[0].measured, 119.0, 1e-9);
   EXPECT_EQ(bars[4].measured, 75.0);
-  EXPECT_EQ(bars[6].measured, 6.0) << "of both scenes";
+  EXPECT_EQ(bars[6].measured, 6.0) << "of both scenes, and of any number of threads once";
 }
 
 }  // namespace

@@ -186,8 +186,9 @@ TEST(ResampleDeviation, IsToTheNearestAnswerAndCountsWhatIsNotShown) {
   for (int z = 0; z < 3; ++z) {
     for (int y = 0; y < 3; ++y) {
       for (int x = 0; x < 10; ++x) {
-        shown.push_back(static_cast<float>(analytic_value({9 - x, y, z})));
-        rest.emplace_back(9 - x, y, z);
+        const int at = y == 1 ? x : 9 - x;  // now the one, now the other
+        shown.push_back(static_cast<float>(analytic_value({at, y, z})));
+        rest.emplace_back(at, y, z);
       }
     }
   }
@@ -215,8 +216,16 @@ TEST(ResampleDeviation, IsToTheNearestAnswerAndCountsWhatIsNotShown) {
 
   // A part of the volume, in an order of its own.
   const VoxelBox corner{{8, 2, 1}, {10, 3, 3}};
-  const std::vector<float> four(4, 2.0f);
-  EXPECT_EQ(deviation_from(truth, size, corner, four, {}, pool).value.count(), 4);
+  std::vector<float> four;
+  for (int z = 1; z < 3; ++z) {
+    for (int x = 8; x < 10; ++x) four.push_back(static_cast<float>(analytic_value({x, 2, z})));
+  }
+  four[2] += 0.125f;
+  const auto part = deviation_from(truth, size, corner, four, {}, pool);
+  EXPECT_EQ(part.value.count(), 4);
+  EXPECT_EQ(part.rest_voxels.count(), 0);
+  EXPECT_EQ(part.value.rms(), part.value.max() / 2.0) << "one of four";
+  EXPECT_GT(part.value.max(), 0.0);
 }
 
 TEST(Deviation, KeepsWhatIsNoNumber) {
