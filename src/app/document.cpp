@@ -33,10 +33,6 @@ std::int64_t physical_memory_bytes() {
   return std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
 }
 
-std::string_view name_of(ResampleMethod method) {
-  return method == ResampleMethod::nearest ? "nearest" : "linear";
-}
-
 }  // namespace
 
 Error in_action(const Scene& scene, std::size_t index, const Error& error) {

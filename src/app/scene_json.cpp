@@ -190,15 +190,9 @@ AnchorRules read_anchors(const JsonReader& value) {
 }
 
 ResampleMethod read_resampling(const JsonReader& value) {
-  const auto name = value.string();
-  if (name == "nearest") return ResampleMethod::nearest;
-  if (name == "linear") return ResampleMethod::linear;
-  if (name == "barycentric" || name == "rbf") {
-    value.refuse("\"" + name + "\" is not in this version's format yet (known: nearest, linear)");
-  } else {
-    value.refuse_value("\"nearest\" or \"linear\"");
-  }
-  return ResampleMethod::linear;
+  const auto method = method_named(value.string());
+  if (!method) value.refuse_value("\"nearest\", \"linear\", \"barycentric\" or \"rbf\"");
+  return method.value_or(ResampleMethod::linear);
 }
 
 TransferPreset read_transfer_preset(const JsonReader& value) {

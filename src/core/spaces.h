@@ -22,6 +22,10 @@ inline std::int64_t voxel_count(Size3 size) { return std::int64_t{size.x} * size
 inline std::int64_t linear_index(VoxelIndex voxel, Size3 size) {
   return (std::int64_t{voxel.z} * size.y + voxel.y) * size.x + voxel.x;
 }
+inline VoxelIndex voxel_index(std::int64_t linear, Size3 size) {
+  return {static_cast<int>(linear % size.x), static_cast<int>(linear / size.x % size.y),
+          static_cast<int>(linear / size.x / size.y)};
+}
 
 inline bool contains(Size3 size, VoxelIndex voxel) {
   return voxel.x >= 0 && voxel.y >= 0 && voxel.z >= 0 && voxel.x < size.x && voxel.y < size.y &&

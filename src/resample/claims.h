@@ -1,4 +1,4 @@
-// Who claims a voxel: what has been found so far for the voxels of one brick.
+// Who claims a voxel: what has been found so far for a box of them.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +20,6 @@ inline constexpr float kNearMiss_cells = 0.25f;
 inline constexpr float kMissPenalty = 1e20f;
 // A point this close to an element takes its value unmixed, so that whole-voxel shifts copy.
 inline constexpr float kOnElement_cells = 1e-5f;
-
-inline VoxelIndex voxel_index(std::int64_t linear, Size3 size) {
-  return {static_cast<int>(linear % size.x), static_cast<int>(linear / size.x % size.y),
-          static_cast<int>(linear / size.x / size.y)};
-}
 
 struct Claim {
   float score;           // squared distance to the element in mm, or a penalty: the least wins
@@ -75,7 +70,8 @@ struct BrickClaims {
   static constexpr float kOwned = -1.0f;  // by an element at rest: no claim beats it
 
   // Gives the elements at rest their voxels and opens the others. Returns how many are open.
-  std::int64_t open(const DeformedVolume& volume, std::int64_t brick);
+  // voxels: of one brick.
+  std::int64_t open(const DeformedVolume& volume, const VoxelBox& voxels);
 
   bool take(std::size_t voxel, const Claim& claim) {
     if (!claim.beats(score[voxel], element[voxel])) return false;

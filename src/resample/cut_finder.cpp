@@ -134,7 +134,7 @@ void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& c
     for_each_voxel(voxels, extent, [&](std::size_t i, glm::vec3 point) {
       if (claims.score[i] == BrickClaims::kOwned) return;
       if (only_uncovered && claims.score[i] < kMissPenalty) return;
-      if (!inverse) inverse.emplace(shape);
+      if (!inverse) inverse.emplace(shape, CellMap::trilinear);
       const auto claim = octants.claim(corner, *inverse, point, margin);
       if (claim && claims.take(i, *claim)) claims.cut[i] |= BrickClaims::in_octant;
     });
@@ -143,14 +143,13 @@ void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& c
 
 }  // namespace
 
-void claim_cut_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims,
-                      float margin) {
+void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, float margin) {
+  const DeformedVolume& volume = sight.volume();
   const glm::ivec3 extent = box.size();
   const float slack = std::max(margin, kBoundsSlack_voxels);
-  claims.cut.resize(kBrickVoxels, 0);
-  for (const DeformedVolume::Entry& entry : volume.entries) {
-    if (!entry.cut || intersection(entry.covered, box).empty()) continue;
-    const VoxelBox cells = cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1));
+  claims.cut.resize(claims.score.size(), 0);
+  sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry& entry) {
+    if (!entry.cut) return;
     for_each_moved_cell<CellKind::cut>(
         volume.lattice, &volume.cuts, cells, box.lo, glm::vec3(-slack),
         glm::vec3(extent - 1) + slack,
@@ -160,7 +159,7 @@ void claim_cut_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickCl
               [&](std::size_t i, glm::vec3) { claims.cut[i] |= BrickClaims::may_be_open; });
           claim_voxels_of(Octants(volume, cell, base, box.lo), box, claims, margin);
         });
-  }
+  });
 }
 
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
@@ -170,7 +169,7 @@ std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell&
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (!octants.there(corner)) continue;
     const DeformedCell shape = octants.shape(corner);
-    const auto claim = octants.claim(corner, CellInverse(shape), point, margin);
+    const auto claim = octants.claim(corner, CellInverse(shape, CellMap::trilinear), point, margin);
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   }
   return best;

@@ -5,13 +5,13 @@
 
 #include "resample/claims.h"
 #include "resample/deformed_cell.h"
+#include "resample/sight.h"
 
 namespace maille {
 
 // Gives open voxels of a brick the rest positions that octants of moved cut cells within `margin`
 // of them claim, and notes the voxels that a cut may have left with nothing.
-void claim_cut_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims,
-                      float margin);
+void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, float margin);
 
 // The best claim of a cut cell's octants to a point. Positions are relative to origin.
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,

@@ -19,7 +19,8 @@ float excess(glm::vec3 t) {
 
 }  // namespace
 
-CellInverse::CellInverse(const DeformedCell& cell) : cell_(cell) {
+CellInverse::CellInverse(const DeformedCell& cell, CellMap map) : cell_(cell), newton_(false) {
+  if (map == CellMap::tetrahedra) return;
   const auto& c = cell.corner;
   constant_ = c[0];
   x_ = c[1] - c[0];
@@ -37,8 +38,8 @@ CellInverse::CellInverse(const DeformedCell& cell) : cell_(cell) {
   center_ =
       xyz(constant_ + half * (x_ + y_ + z_) + quarter * (xy_ + xz_ + yz_) + splat(0.125f) * xyz_);
   const glm::mat3 x_from_t(xyz(jx), xyz(jy), xyz(jz));
-  regular_ = glm::determinant(x_from_t) > kSmallestVolume;
-  if (!regular_) return;
+  newton_ = glm::determinant(x_from_t) > kSmallestVolume;
+  if (!newton_) return;
   t_from_x_ = glm::inverse(x_from_t);
   // With s = t - 1/2 the rest of the map is xy sx sy + xz sx sz + yz sy sz + xyz sx sy sz (its
   // mixed terms gathered in the middle); |s| <= 1 covers the cell and every margin asked for.
@@ -50,37 +51,52 @@ CellInverse::CellInverse(const DeformedCell& cell) : cell_(cell) {
 }
 
 std::optional<glm::vec3> CellInverse::operator()(glm::vec3 point, float margin) const {
-  if (regular_) {
-    glm::vec3 t = t_from_x_ * (point - center_) + 0.5f;
-    if (excess(t) > margin + bend_) return std::nullopt;
-    if (bend_ < kSettled) return t;
-    for (int step = 0; step < kNewtonSteps; ++step) {
-      t = glm::clamp(t, glm::vec3(-1.0f), glm::vec3(2.0f));
-      const Float4 tx = splat(t.x), ty = splat(t.y), tz = splat(t.z);
-      const Float4 at = constant_ + tx * (x_ + ty * xy_) + ty * (y_ + tz * yz_) +
-                        tz * (z_ + tx * (xz_ + ty * xyz_));
-      const glm::vec3 residual = point - xyz(at);
-      const Float4 jx = x_ + ty * xy_ + tz * (xz_ + ty * xyz_);
-      const Float4 jy = y_ + tx * xy_ + tz * (yz_ + tx * xyz_);
-      const Float4 jz = z_ + tx * xz_ + ty * (yz_ + tx * xyz_);
-      // The Jacobian in the middle serves while the residual is small enough for it.
-      glm::vec3 correction = t_from_x_ * residual;
-      const glm::vec3 size = glm::abs(correction);
-      if (std::max({size.x, size.y, size.z}) > 0.02f) {
-        const glm::mat3 x_from_t(xyz(jx), xyz(jy), xyz(jz));
-        const float volume = glm::determinant(x_from_t);
-        if (!(volume > kSmallestVolume)) break;
-        correction = glm::inverse(x_from_t) * residual;
-      }
-      t += correction;
-      const glm::vec3 moved = glm::abs(correction);
-      if (std::max({moved.x, moved.y, moved.z}) < kSettled) {
-        if (excess(t) > margin) return std::nullopt;
-        return t;
-      }
+  if (newton_) {
+    bool settled = false;
+    const auto t = by_newton(point, margin, settled);
+    if (settled) return t;
+  }
+  return by_tetrahedra(point, margin);
+}
+
+// settled: no answer is one too.
+std::optional<glm::vec3> CellInverse::by_newton(glm::vec3 point, float margin,
+                                                bool& settled) const {
+  glm::vec3 t = t_from_x_ * (point - center_) + 0.5f;
+  settled = true;
+  if (excess(t) > margin + bend_) return std::nullopt;
+  if (bend_ < kSettled) return t;
+  for (int step = 0; step < kNewtonSteps; ++step) {
+    t = glm::clamp(t, glm::vec3(-1.0f), glm::vec3(2.0f));
+    const Float4 tx = splat(t.x), ty = splat(t.y), tz = splat(t.z);
+    const Float4 at = constant_ + tx * (x_ + ty * xy_) + ty * (y_ + tz * yz_) +
+                      tz * (z_ + tx * (xz_ + ty * xyz_));
+    const glm::vec3 residual = point - xyz(at);
+    const Float4 jx = x_ + ty * xy_ + tz * (xz_ + ty * xyz_);
+    const Float4 jy = y_ + tx * xy_ + tz * (yz_ + tx * xyz_);
+    const Float4 jz = z_ + tx * xz_ + ty * (yz_ + tx * xyz_);
+    // The Jacobian in the middle serves while the residual is small enough for it.
+    glm::vec3 correction = t_from_x_ * residual;
+    const glm::vec3 size = glm::abs(correction);
+    if (std::max({size.x, size.y, size.z}) > 0.02f) {
+      const glm::mat3 x_from_t(xyz(jx), xyz(jy), xyz(jz));
+      const float volume = glm::determinant(x_from_t);
+      if (!(volume > kSmallestVolume)) break;
+      correction = glm::inverse(x_from_t) * residual;
+    }
+    t += correction;
+    const glm::vec3 moved = glm::abs(correction);
+    if (std::max({moved.x, moved.y, moved.z}) < kSettled) {
+      if (excess(t) > margin) return std::nullopt;
+      return t;
     }
   }
-  // Kuhn's six tetrahedra, each a path of edges from corner 0 to corner 7.
+  settled = false;
+  return std::nullopt;
+}
+
+std::optional<glm::vec3> CellInverse::by_tetrahedra(glm::vec3 point, float margin) const {
+  // Each a path of edges from corner 0 to corner 7.
   constexpr std::array<std::array<int, 3>, 6> kPaths = {
       {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
   std::optional<glm::vec3> best;

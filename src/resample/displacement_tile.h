@@ -1,7 +1,8 @@
 // The displacements of a box of elements, written out: what a walk over voxels reads from, and what
 // tells it that there is one answer for each.
 //
-// Between the elements, and beyond them as at the nearest, u is trilinear, and x(X) = X + u(X).
+// Between the elements u is trilinear in a cell, or linear in each of its tetrahedra, and beyond
+// them as at the nearest; x(X) = X + u(X).
 #pragma once
 
 #include <vector>
@@ -51,9 +52,10 @@ class DisplacementTile {
   struct Map {
     quads::Floats<kQuads> u;
     quads::Floats<kQuads> du_dx, du_dy, du_dz;
-    quads::Floats<kQuads> t;  // where in its cell; far away where it is beyond the elements
+    quads::Floats<kQuads> t;   // where in its cell; far away where it is beyond the elements
+    quads::Ints<kQuads> rank;  // of its tetrahedron: how many components of t are larger
   };
-  template <int kQuads>
+  template <CellMap kMap, int kQuads>
   [[gnu::always_inline]] Map<kQuads> at(quads::Floats<kQuads> rest) const {
     using F = quads::Floats<kQuads>;
     using I = quads::Ints<kQuads>;
@@ -66,14 +68,45 @@ class DisplacementTile {
     const I strides = __builtin_convertvector(
         quads::all<kQuads>(1.0f, static_cast<float>(width_), static_cast<float>(width_ * height_)),
         I);
-    const I part = base * strides;
-    const I cell = part + quads::swizzle_ints<1, 2, 0, kQuads>(part) +
-                   quads::swizzle_ints<2, 0, 1, kQuads>(part);
+    const I cell = quads::sum_ints<kQuads>(base * strides);
     const char* lowest[kQuads];
     for (int q = 0; q < kQuads; ++q) {
       lowest[q] = reinterpret_cast<const char*>(u_.data()) +
                   static_cast<std::ptrdiff_t>(sizeof(Float4)) * cell[4 * q];
     }
+    Map<kQuads> map;
+    if constexpr (kMap == CellMap::trilinear) {
+      map = trilinear<kQuads>(lowest, t);
+    } else {
+      map = in_tetrahedron<kQuads>(lowest, t);
+    }
+    // Beyond the elements u changes no more.
+    const F within = inside == rest ? quads::all<kQuads>(1.0f) : F{};
+    map.du_dx *= quads::swizzle<0, 0, 0, kQuads>(within);
+    map.du_dy *= quads::swizzle<1, 1, 1, kQuads>(within);
+    map.du_dz *= quads::swizzle<2, 2, 2, kQuads>(within);
+    constexpr float kFar = 1e6f;
+    map.t = inside == rest ? t : quads::all<kQuads>(kFar);
+    return map;
+  }
+
+  // How many components of t are larger than each; of equal ones the first counts as larger.
+  template <int kQuads>
+  [[gnu::always_inline]] static quads::Ints<kQuads> rank(quads::Floats<kQuads> t) {
+    using I = quads::Ints<kQuads>;
+    const auto next = quads::swizzle<1, 2, 0, kQuads>(t);
+    const auto last = quads::swizzle<2, 0, 1, kQuads>(t);
+    const I next_first = __builtin_convertvector(quads::all<kQuads>(0.0f, 0.0f, -1.0f), I);
+    const I last_first = __builtin_convertvector(quads::all<kQuads>(0.0f, -1.0f, -1.0f), I);
+    return -((next > t) | ((next == t) & next_first)) - ((last > t) | ((last == t) & last_first));
+  }
+
+ private:
+  // lowest: a cell's corner for each quad.
+  template <int kQuads>
+  [[gnu::always_inline]] Map<kQuads> trilinear(const char* const* lowest,
+                                               quads::Floats<kQuads> t) const {
+    using F = quads::Floats<kQuads>;
     const F tx = quads::swizzle<0, 0, 0, kQuads>(t);
     const F ty = quads::swizzle<1, 1, 1, kQuads>(t);
     const F tz = quads::swizzle<2, 2, 2, kQuads>(t);
@@ -93,19 +126,55 @@ class DisplacementTile {
     const F across = e0 + ty * far_y - near;
     const F near_x = cx + ty * (dx - cx);
     const F far_x = ex + ty * (fx - ex);
-    // Beyond the elements u changes no more.
-    const F within = inside == rest ? quads::all<kQuads>(1.0f) : F{};
     Map<kQuads> map;
     map.u = near + tz * across;
-    map.du_dx = (near_x + tz * (far_x - near_x)) * quads::swizzle<0, 0, 0, kQuads>(within);
-    map.du_dy = (near_y + tz * (far_y - near_y)) * quads::swizzle<1, 1, 1, kQuads>(within);
-    map.du_dz = across * quads::swizzle<2, 2, 2, kQuads>(within);
-    constexpr float kFar = 1e6f;
-    map.t = inside == rest ? t : quads::all<kQuads>(kFar);
+    map.du_dx = near_x + tz * (far_x - near_x);
+    map.du_dy = near_y + tz * (far_y - near_y);
+    map.du_dz = across;
     return map;
   }
 
- private:
+  // Of the six tetrahedra around the cell's diagonal (Kuhn's) the one that holds t: from the lowest
+  // corner along the axis of the largest component, then of the next, then of the last. So the
+  // derivatives are edges of the cell, as the bounds of injection() are of.
+  template <int kQuads>
+  [[gnu::always_inline]] Map<kQuads> in_tetrahedron(const char* const* lowest,
+                                                    quads::Floats<kQuads> t) const {
+    using F = quads::Floats<kQuads>;
+    using I = quads::Ints<kQuads>;
+    const I steps = __builtin_convertvector(
+        quads::all<kQuads>(static_cast<float>(step_x_), static_cast<float>(step_y_),
+                           static_cast<float>(step_z_)),
+        I);
+    const I of = rank<kQuads>(t);
+    const I to_second = quads::sum_ints<kQuads>(steps & (of == 0));
+    const I to_third = quads::sum_ints<kQuads>(steps & (of <= 1));
+    const char* second[kQuads];
+    const char* third[kQuads];
+    for (int q = 0; q < kQuads; ++q) {
+      second[q] = lowest[q] + to_second[4 * q];
+      third[q] = lowest[q] + to_third[4 * q];
+    }
+    const F a = quads::load(lowest, 0, F{});
+    const F b = quads::load(second, 0, F{});
+    const F c = quads::load(third, 0, F{});
+    const F first = b - a;
+    const F middle = c - b;
+    const F last = quads::load(lowest, step_x_ + step_y_ + step_z_, F{}) - c;
+    const I x = quads::swizzle_ints<0, 0, 0, kQuads>(of);
+    const I y = quads::swizzle_ints<1, 1, 1, kQuads>(of);
+    const I z = quads::swizzle_ints<2, 2, 2, kQuads>(of);
+    Map<kQuads> map;
+    map.du_dx = x == 0 ? first : x == 1 ? middle : last;
+    map.du_dy = y == 0 ? first : y == 1 ? middle : last;
+    map.du_dz = z == 0 ? first : z == 1 ? middle : last;
+    map.u = a + quads::swizzle<0, 0, 0, kQuads>(t) * map.du_dx +
+            quads::swizzle<1, 1, 1, kQuads>(t) * map.du_dy +
+            quads::swizzle<2, 2, 2, kQuads>(t) * map.du_dz;
+    map.rank = of;
+    return map;
+  }
+
   VoxelBox elements_;
   glm::ivec3 common_voxels_{0};
   int width_ = 0;

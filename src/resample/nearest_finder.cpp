@@ -166,10 +166,10 @@ BrickClaims& covered_of_this_thread() {
 }
 
 // Corrects what distance alone says where cut cells are.
-void keep_to_sides(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
+void keep_to_sides(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
   BrickClaims& covered = covered_of_this_thread();
-  covered.open(volume, volume.lattice.grid().linear(BrickGrid::brick_of(box.lo)));
-  find_rest(volume, box, covered);
+  covered.open(sight.volume(), box);
+  find_rest(sight, box, covered);
   for (std::size_t i = 0; i < static_cast<std::size_t>(voxel_count(box.size())); ++i) {
     if (covered.cut[i] == 0 || covered.score[i] == BrickClaims::kOwned) continue;
     const bool by_cells = claims.score[i] == BrickClaims::kUncovered ||
@@ -184,16 +184,16 @@ void keep_to_sides(const DeformedVolume& volume, const VoxelBox& box, BrickClaim
 
 }  // namespace
 
-void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
+void find_nearest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
+  const DeformedVolume& volume = sight.volume();
   bool border_claims = false;
   Offer offer(volume, box, claims);
-  for (const DeformedVolume::Entry& entry : volume.entries) {
-    if (intersection(entry.covered, box).empty()) continue;
+  sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry& entry) {
     border_claims = border_claims || entry.at_border;
-    offer.elements_of(cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1)));
-  }
+    offer.elements_of(cells);
+  });
   if (border_claims) drop_outside(volume, box, claims);
-  if (volume.cut_in_sight(box)) keep_to_sides(volume, box, claims);
+  if (sight.cut(box)) keep_to_sides(sight, box, claims);
 }
 
 }  // namespace maille

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "resample/claims.h"
+#include "resample/sight.h"
 
 namespace maille {
 
@@ -15,6 +16,6 @@ namespace maille {
 //
 // Distance knows no sides of a cut: in cut cells the octant that holds a voxel decides, with its
 // own element, and where neither an octant nor a whole cell holds the voxel nothing does.
-void find_nearest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims);
+void find_nearest(const Sight& sight, const VoxelBox& box, BrickClaims& claims);
 
 }  // namespace maille

@@ -75,6 +75,10 @@ template <int kQuads>
   const Floats<kQuads> p = a * b;
   return p + swizzle<1, 2, 0, kQuads>(p) + swizzle<2, 0, 1, kQuads>(p);
 }
+template <int kQuads>
+[[gnu::always_inline]] inline Ints<kQuads> sum_ints(Ints<kQuads> v) {
+  return v + swizzle_ints<1, 2, 0, kQuads>(v) + swizzle_ints<2, 0, 1, kQuads>(v);
+}
 // The largest size of a component, in all three lanes.
 template <int kQuads>
 [[gnu::always_inline]] inline Floats<kQuads> largest(Floats<kQuads> v) {

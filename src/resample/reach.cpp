@@ -54,13 +54,13 @@ Reach reach_around(const Lattice& lattice, const VoxelBox& elements) {
 
 }  // namespace
 
-VoxelBox Reach::covered(Size3 volume_size) const {
+VoxelBox Reach::covered() const {
   VoxelBox box;
   for (int c = 0; c < 3; ++c) {
     box.lo[c] = cells.lo[c] + floor_voxels(u_lowest[c]);
     box.hi[c] = cells.hi[c] + ceil_voxels(u_highest[c]) + 1;
   }
-  return intersection(box, {VoxelIndex(0), volume_size});
+  return box;
 }
 
 Reach reach_of(const Lattice& lattice, std::int64_t linear) {
@@ -91,14 +91,14 @@ Reach reach_of(const Lattice& lattice, std::int64_t linear) {
 std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_before,
                                        const Lattice& after, const Cuts& cuts_after) {
   const BrickGrid& grid = after.grid();
-  const Size3 size = grid.volume_size();
+  const VoxelBox volume{VoxelIndex(0), grid.volume_size()};
   BrickSet dirty(grid);
   Lattice::for_each_difference(before, after, [&](std::int64_t b) {
     for (const Lattice* state : {&before, &after}) {
       if (!state->brick(b)) continue;
       dirty.add_over(
           state->brick(b)->moved());  // elements that come to rest own their voxels again
-      dirty.add_over(reach_of(*state, b).covered(size));
+      dirty.add_over(intersection(reach_of(*state, b).covered(), volume));
     }
   });
   Cuts::for_each_difference(cuts_before, cuts_after, [&](std::int64_t b) {
@@ -109,7 +109,7 @@ std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_b
     for (const Lattice* state : {&before, &after}) {
       const Reach reach = reach_around(*state, changed);
       const bool rests = reach.u_lowest == glm::ivec3(0) && reach.u_highest == glm::ivec3(0);
-      if (!rests) dirty.add_over(reach.covered(size));
+      if (!rests) dirty.add_over(intersection(reach.covered(), volume));
     }
   });
   return dirty.list();

@@ -17,8 +17,8 @@ struct Reach {
   glm::ivec3 u_lowest{0};  // fixed-point bounds of u over all their corners
   glm::ivec3 u_highest{0};
 
-  // Voxels that the cells can cover, clipped to the volume.
-  VoxelBox covered(Size3 volume_size) const;
+  // Voxels that the cells can cover, whether the volume has them or not.
+  VoxelBox covered() const;
 };
 
 // The brick must hold elements.

@@ -7,87 +7,91 @@
 #include "core/stopwatch.h"
 #include "core/trace.h"
 #include "resample/brick_set.h"
+#include "resample/claims.h"
 #include "resample/corner_planes.h"
-#include "resample/cut_value.h"
-#include "resample/nearest_finder.h"
-#include "resample/nearest_search.h"
+#include "resample/image_order.h"
+#include "resample/object_order.h"
 #include "resample/rest_finder.h"
 #include "resample/rest_march.h"
+#include "resample/resting_elements.h"
 #include "resample/row_sampler.h"
 #include "resample/row_writer.h"
 
 namespace maille {
 namespace {
 
-// Kept by thread: a brick's worth is too much for the stack and too often needed for the heap.
-BrickClaims& claims_of_this_thread() {
-  static thread_local BrickClaims claims;
-  return claims;
+// Image order over a box of voxels where it can, else over its eighths, and what is left of them
+// when they are small in object order: a fold or a cut slows down its surroundings only.
+template <class ImageOrder, class ObjectOrder>
+void in_parts(const VoxelBox& voxels, ImageOrder&& image_order, ObjectOrder&& object_order) {
+  constexpr int kSmallest = 8;
+  if (voxels.empty() || image_order(voxels)) return;
+  const glm::ivec3 extent = voxels.size();
+  if (std::max({extent.x, extent.y, extent.z}) <= kSmallest) {
+    object_order(voxels);
+    return;
+  }
+  for (int part = 0; part < 8; ++part) {
+    VoxelBox eighth = voxels;
+    for (int c = 0; c < 3; ++c) {
+      const int half = extent[c] > kSmallest ? voxels.lo[c] + (extent[c] + 1) / 2 : voxels.hi[c];
+      if ((part >> c & 1) != 0) {
+        eighth.lo[c] = half;
+      } else {
+        eighth.hi[c] = half;
+      }
+    }
+    in_parts(eighth, image_order, object_order);
+  }
+}
+
+// Calls f(box) for what lies in one box and not in another one in it, in up to six parts.
+template <class F>
+void for_each_outside(VoxelBox of, const VoxelBox& inner, F&& f) {
+  if (inner.empty()) return f(of);
+  for (int c = 2; c >= 0; --c) {
+    VoxelBox below = of;
+    VoxelBox above = of;
+    below.hi[c] = of.lo[c] = inner.lo[c];
+    above.lo[c] = of.hi[c] = inner.hi[c];
+    if (!below.empty()) f(below);
+    if (!above.empty()) f(above);
+  }
+}
+
+// Values of one brick, before they go where they are written to once and in order.
+std::byte* brick_of_this_thread() {
+  static thread_local std::vector<std::byte> brick(kBrickVoxels * sizeof(float));
+  return brick.data();
 }
 
 }  // namespace
 
-struct Resampler::State {
-  Volume volume;
-  DeformedVolume deformed;
-  ResampleMethod method;
-  double background_value;
+struct Resampler::State : Resampling {
+  using Resampling::Resampling;
 
+  // By how many whole voxels all that is shown is displaced, where it is that simple.
+  std::optional<glm::ivec3> copied_from(const Sight& sight, const VoxelBox& voxels) const {
+    const bool untouched = inside(voxels) && !deformed.moved_at(voxels.lo) &&
+                           sight.coverable(voxels).empty() && !sight.cut(voxels);
+    if (untouched) return glm::ivec3(0);
+    // What is moved as a whole would be smoothed as a whole.
+    if (method == ResampleMethod::rbf) return std::nullopt;
+    return sight.whole_shift(voxels);
+  }
+  bool inside(const VoxelBox& voxels) const {
+    return intersection(voxels, {VoxelIndex(0), size()}) == voxels;
+  }
   ResampleCounts copy(const VoxelBox& voxels, glm::ivec3 shift, std::span<std::byte> out,
                       bool flip_sign_bit) const;
-  // Where each voxel has one answer; none: elsewhere.
-  std::optional<ResampleCounts> march(std::int64_t brick, std::span<std::byte> out,
-                                      bool flip_sign_bit) const;
-  template <class Values>
-  ResampleCounts follow(RestMarch& march, const VoxelBox& voxels, std::span<std::byte> out,
-                        bool flip_sign_bit, Values&& values) const;
-  ResampleCounts claim(std::int64_t brick, std::span<std::byte> out, bool flip_sign_bit) const;
-
-  Size3 size() const { return volume.size(); }
-  const auto& at(auto voxels, VoxelIndex voxel) const {
-    return voxels[static_cast<std::size_t>(linear_index(voxel, size()))];
-  }
-  bool carved(std::int64_t brick) const {
-    const CutBrick* cuts = deformed.cuts.brick(brick);
-    return cuts && std::any_of(cuts->carved.begin(), cuts->carved.end(),
-                               [](std::uint32_t bits) { return bits != 0; });
-  }
-  bool touched(std::int64_t brick) const {
-    if (deformed.lattice.brick(brick) || carved(brick)) return true;
-    const VoxelBox voxels = deformed.box(brick);
-    return std::any_of(deformed.entries.begin(), deformed.entries.end(), [&](const auto& entry) {
-      return !intersection(entry.covered, voxels).empty();
-    });
-  }
+  // Of voxels that no moved cell can cover.
+  void keep(const VoxelBox& voxels, const VoxelTarget& target, ResampleCounts& counts) const;
 };
 
-ResampleCounts& ResampleCounts::operator+=(const ResampleCounts& other) {
-  voxels += other.voxels;
-  moved_voxels += other.moved_voxels;
-  background_voxels += other.background_voxels;
-  unfilled_voxels += other.unfilled_voxels;
-  copied_voxels += other.copied_voxels;
-  copy_seconds += other.copy_seconds;
-  resample_seconds += other.resample_seconds;
-  return *this;
-}
-
-void ResampleCounts::timed(double seconds) {
-  if (moved_voxels > 0) {
-    resample_seconds = seconds;
-  } else {
-    copied_voxels = voxels;
-    copy_seconds = seconds;
-  }
-}
-
 Resampler::Resampler(Volume volume, Lattice lattice, Cuts cuts, ResampleMethod method,
-                     double background_value) {
-  DeformedVolume deformed(std::move(lattice), std::move(cuts), volume.spacing_mm());
-  state_ = std::make_unique<State>(
-      State{std::move(volume), std::move(deformed), method, background_value});
-}
-
+                     double background_value)
+    : state_(std::make_unique<State>(std::move(volume), std::move(lattice), std::move(cuts), method,
+                                     background_value)) {}
 Resampler::~Resampler() = default;
 Resampler::Resampler(Resampler&&) noexcept = default;
 
@@ -112,12 +116,12 @@ ResampleCounts Resampler::State::copy(const VoxelBox& voxels, glm::ivec3 shift,
         const bool any =
             count > 0 && z >= filled.lo.z && z < filled.hi.z && y >= filled.lo.y && y < filled.hi.y;
         if (any && count == width) {
-          writer.write(&at(samples, VoxelIndex(voxels.lo.x, y, z) - shift), width);
+          writer.write(&value_at(samples, VoxelIndex(voxels.lo.x, y, z) - shift, size()), width);
           continue;
         }
         std::fill_n(row, width, stored<T>(background_value));
         if (any) {
-          std::copy_n(&at(samples, VoxelIndex(filled.lo.x, y, z) - shift), count,
+          std::copy_n(&value_at(samples, VoxelIndex(filled.lo.x, y, z) - shift, size()), count,
                       row + (filled.lo.x - voxels.lo.x));
         }
         writer.write(row, width);
@@ -127,166 +131,105 @@ ResampleCounts Resampler::State::copy(const VoxelBox& voxels, glm::ivec3 shift,
   return counts;
 }
 
-// Each voxel the value that `values` gives for where it was at rest; it is asked row by row.
-template <class Values>
-ResampleCounts Resampler::State::follow(RestMarch& march, const VoxelBox& voxels,
-                                        std::span<std::byte> out, bool flip_sign_bit,
-                                        Values&& values) const {
-  const DisplacementTile& tile = march.tile();
-  const VoxelIndex first = tile.elements().lo;
-  const glm::vec3 at_rest(-tile.common_voxels());
-  RowSampler sampler(size(), tile.elements());
-  ResampleCounts counts;
-  counts.voxels = voxel_count(voxels.size());
+void Resampler::State::keep(const VoxelBox& voxels, const VoxelTarget& target,
+                            ResampleCounts& counts) const {
+  const RestingElements resting(deformed, voxels);
+  const CutBrick* const cuts = deformed.cuts_at(voxels.lo);
   with_voxel_type(volume.type(), [&]<class T>() {
-    const auto samples = volume.voxels<T>();
+    const auto at_rest = volume.voxels<T>();
     const T background = stored<T>(background_value);
-    const int width = voxels.size().x;
-    RowWriter<T> writer(out, flip_sign_bit);
-    T row[kBrickEdge];
     for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
       for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-        const Float4* const rest = march.next_row();
-        values(samples, sampler, rest, VoxelIndex(voxels.lo.x, y, z), row);
-        const T* const own = &at(samples, {voxels.lo.x, y, z});
-        const Float4* const u = tile.row(y - first.y, z - first.z) + (voxels.lo.x - first.x);
-        for (int x = 0; x < width; ++x) {
-          const bool moved = u[x][0] != at_rest.x || u[x][1] != at_rest.y || u[x][2] != at_rest.z;
-          const bool filled = sampler.is_among(x);
-          const T value = filled ? row[x] : background;
-          row[x] = moved ? value : own[x];
-          counts.moved_voxels += moved;
-          counts.background_voxels += moved && !filled;
+        const std::uint32_t owned = resting.row(y, z);
+        for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
+          const VoxelIndex voxel(x, y, z);
+          const bool own = (owned >> (x - voxels.lo.x) & 1) != 0;
+          *target.at<T>(voxel) = own ? value_at(at_rest, voxel, size()) : background;
+          counts.moved_voxels += !own;
+          counts.background_voxels += !own;
+          const bool by_cut = cuts && deformed.cuts.carved(voxel);
+          counts.unfilled_voxels += !own && !by_cut && !deformed.border_moved;
         }
-        writer.write(row, width);
       }
     }
   });
-  if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
-  return counts;
 }
 
-std::optional<ResampleCounts> Resampler::State::march(std::int64_t brick, std::span<std::byte> out,
-                                                      bool flip_sign_bit) const {
-  const VoxelBox box = deformed.box(brick);
-  const int width = box.size().x;
-  if (method == ResampleMethod::linear) {
-    auto march = march_through(deformed, brick);
-    if (!march) return std::nullopt;
-    return follow(*march, box, out, flip_sign_bit,
-                  [&]<class T>(std::span<const T> samples, RowSampler& sampler, const Float4* rest,
-                               VoxelIndex, T* row) {
-                    sampler.sample(samples, rest, width);
-                    for (int x = 0; x < width; ++x) row[x] = stored_float<T>(sampler.value(x));
-                  });
+ResampleCounts Resampler::resample(const VoxelBox& voxels, std::span<std::byte> out,
+                                   bool flip_sign_bit) const {
+  const State& state = *state_;
+  const Sight sight(state.deformed, voxels);
+  if (const auto shift = state.copied_from(sight, voxels)) {
+    return state.copy(voxels, *shift, out, flip_sign_bit);
   }
-  auto march = march_through(deformed, brick, NearestSearch::kMargin);
-  if (!march) return std::nullopt;
-  const NearestSearch nearest(march->tile(), march->injection(), deformed.spacing_mm);
-  if (!nearest.within_margin()) return std::nullopt;
-  const VoxelIndex first = march->tile().elements().lo;
-  return follow(*march, box, out, flip_sign_bit,
-                [&]<class T>(std::span<const T> samples, RowSampler& sampler, const Float4* rest,
-                             VoxelIndex voxel, T* row) {
-                  sampler.locate(rest, width);
-                  const glm::vec3 now(voxel - first - march->tile().common_voxels());
-                  for (int x = 0; x < width; ++x) {
-                    if (!sampler.is_among(x)) continue;
-                    const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};
-                    row[x] = at(samples, first + nearest(here, rest[x]));
-                  }
-                });
-}
-
-ResampleCounts Resampler::State::claim(std::int64_t brick, std::span<std::byte> out,
-                                       bool flip_sign_bit) const {
-  const VoxelBox box = deformed.box(brick);
-  const int width = box.size().x;
-  const bool nearest = method == ResampleMethod::nearest;
   ResampleCounts counts;
-  counts.voxels = voxel_count(box.size());
-  BrickClaims& claims = claims_of_this_thread();
-  counts.moved_voxels = claims.open(deformed, brick);
-  if (nearest) {
-    find_nearest(deformed, box, claims);
-  } else {
-    find_rest(deformed, box, claims);
-  }
-  for (std::size_t i = 0; i < static_cast<std::size_t>(counts.voxels); ++i) {
-    if (claims.score[i] != BrickClaims::kUncovered) continue;
-    ++counts.background_voxels;
-    const bool by_cut = !claims.cut.empty() && claims.cut[i] != 0;
-    counts.unfilled_voxels += !by_cut && !deformed.border_moved;
-  }
-  // Claims may be of any element.
-  RowSampler sampler(size(), {VoxelIndex(0), size()});
-  const auto in_lanes = [](glm::vec3 at) { return Float4{at.x, at.y, at.z, 0.0f}; };
-  with_voxel_type(volume.type(), [&]<class T>() {
-    const auto voxels = volume.voxels<T>();
-    const T background = stored<T>(background_value);
+  counts.voxels = voxel_count(voxels.size());
+  const VoxelTarget target{voxels, brick_of_this_thread()};
+  const VoxelBox coverable = sight.coverable(voxels);
+  for_each_outside(voxels, coverable,
+                   [&](const VoxelBox& part) { state.keep(part, target, counts); });
+  in_parts(
+      coverable,
+      [&](const VoxelBox& part) {
+        return resample_in_image_order(state, sight, part, target, counts);
+      },
+      [&](const VoxelBox& part) { resample_in_object_order(state, sight, part, target, counts); });
+  with_voxel_type(state.volume.type(), [&]<class T>() {
     RowWriter<T> writer(out, flip_sign_bit);
-    T row[kBrickEdge];
-    Float4 rest[kBrickEdge];
-    std::size_t i = 0;
-    for (int z = box.lo.z; z < box.hi.z; ++z) {
-      for (int y = box.lo.y; y < box.hi.y; ++y) {
-        const T* const own = &at(voxels, {box.lo.x, y, z});
-        if (!nearest) {
-          std::transform(&claims.rest[i], &claims.rest[i] + width, rest, in_lanes);
-          sampler.sample(voxels, rest, width);
-        }
-        for (int x = 0; x < width; ++x, ++i) {
-          if (claims.score[i] == BrickClaims::kOwned) {
-            row[x] = own[x];
-          } else if (claims.score[i] == BrickClaims::kUncovered) {
-            row[x] = background;
-          } else if (nearest) {
-            row[x] = voxels[static_cast<std::size_t>(claims.element[i])];
-          } else if (!claims.cut.empty() && (claims.cut[i] & BrickClaims::in_octant) != 0) {
-            const VoxelIndex element = voxel_index(claims.element[i], size());
-            row[x] = stored<T>(value_in_octant(voxels, deformed.cuts, element, claims.rest[i]));
-          } else {
-            row[x] = stored_float<T>(sampler.value(x));
-          }
-        }
-        writer.write(row, width);
-      }
-    }
+    const T* row = target.at<T>(voxels.lo);
+    const int width = voxels.size().x;
+    const T* const end = row + counts.voxels;
+    for (; row != end; row += width) writer.write(row, width);
   });
   return counts;
 }
 
 ResampleCounts Resampler::resample(std::int64_t brick, std::span<std::byte> out,
                                    bool flip_sign_bit) const {
-  const State& state = *state_;
-  const VoxelBox box = state.deformed.box(brick);
-  if (!state.touched(brick)) return state.copy(box, glm::ivec3(0), out, flip_sign_bit);
-  if (const auto shift = state.deformed.whole_shift(brick)) {
-    return state.copy(box, *shift, out, flip_sign_bit);
-  }
-  if (const auto counts = state.march(brick, out, flip_sign_bit)) return *counts;
-  return state.claim(brick, out, flip_sign_bit);
+  const BrickGrid& grid = state_->deformed.lattice.grid();
+  return resample(grid.box(grid.brick(brick)), out, flip_sign_bit);
 }
 
 void Resampler::rest_positions(std::int64_t brick, std::span<glm::vec3> out) const {
-  const VoxelBox box = state_->deformed.box(brick);
-  if (auto march = march_through(state_->deformed, brick)) {
-    const VoxelIndex first = march->tile().elements().lo;
-    RowSampler sampler(state_->size(), march->tile().elements());
-    const int width = box.size().x;
-    for (auto to = out.begin(); to < out.begin() + voxel_count(box.size()); to += width) {
-      sampler.locate(march->next_row(), width);
-      for (int x = 0; x < width; ++x) {
-        to[x] = sampler.is_among(x) ? glm::vec3(first) + sampler.position(x)
-                                    : glm::vec3(std::numeric_limits<float>::quiet_NaN());
-      }
-    }
-    return;
-  }
-  BrickClaims& claims = claims_of_this_thread();
-  claims.open(state_->deformed, brick);
-  find_rest(state_->deformed, box, claims);
-  std::copy_n(claims.rest.begin(), voxel_count(box.size()), out.begin());
+  const DeformedVolume& deformed = state_->deformed;
+  const BrickGrid& grid = deformed.lattice.grid();
+  rest_positions(grid.box(grid.brick(brick)), out);
+}
+
+void Resampler::rest_positions(const VoxelBox& voxels, std::span<glm::vec3> out) const {
+  const DeformedVolume& deformed = state_->deformed;
+  const Sight sight(deformed, voxels);
+  const auto row_of = [&](const VoxelBox& part, std::int64_t row) {
+    const VoxelIndex first = part.lo + VoxelIndex(0, row % part.size().y, row / part.size().y);
+    return out.begin() + linear_index(first - voxels.lo, voxels.size());
+  };
+  in_parts(
+      voxels,
+      [&](const VoxelBox& part) {
+        auto march = march_through(sight, part);
+        if (!march) return false;
+        const VoxelIndex first = march->tile().elements().lo;
+        RowSampler sampler(state_->size(), march->tile().elements());
+        const int width = part.size().x;
+        for (std::int64_t row = 0; row < voxel_count(part.size()) / width; ++row) {
+          sampler.locate(march->next_row(), width);
+          const auto to = row_of(part, row);
+          for (int x = 0; x < width; ++x) {
+            to[x] = sampler.is_among(x) ? glm::vec3(first) + sampler.position(x)
+                                        : glm::vec3(std::numeric_limits<float>::quiet_NaN());
+          }
+        }
+        return true;
+      },
+      [&](const VoxelBox& part) {
+        static thread_local BrickClaims claims;
+        claims.open(deformed, part);
+        find_rest(sight, part, claims);
+        const int width = part.size().x;
+        for (std::int64_t row = 0; row < voxel_count(part.size()) / width; ++row) {
+          std::copy_n(claims.rest.begin() + row * width, width, row_of(part, row));
+        }
+      });
 }
 
 std::optional<glm::dvec3> Resampler::rest_position(glm::dvec3 point_voxel) const {

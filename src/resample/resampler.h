@@ -1,7 +1,7 @@
 // From moved elements to voxels: what value does each voxel of a brick show?
 //
-// Image order where it is known to have one answer for each voxel (rest_march.h, nearest_search.h):
-// Newton from what the neighbours found. Else, beside cuts and folds, object order: every deformed
+// Image order where it is known to have one answer for each voxel (image_order.h): Newton from what
+// the neighbours found. Else, beside cuts and folds, object order (object_order.h): every deformed
 // cell (the box between 8 neighbouring elements) finds the voxels it covers, so nothing inside the
 // deformed volume is left unfilled. Newton from a neighbour's answer would pick a branch by
 // continuity at folds, and the paper's walk from voxel to voxel finds "more than 99 %". Where
@@ -23,32 +23,11 @@
 #include "deform/cuts.h"
 #include "deform/lattice.h"
 #include "resample/reach.h"
+#include "resample/resample_counts.h"
+#include "resample/resample_method.h"
 #include "volume/volume.h"
 
 namespace maille {
-
-enum class ResampleMethod {
-  nearest,  // the value of the element that lies nearest (in mm): labels, masks
-  linear,   // the inverse of the cell's trilinear map, then trilinear in the rest volume
-};
-
-struct ResampleCounts {
-  std::int64_t voxels = 0;
-  std::int64_t moved_voxels = 0;       // not owned by an element at rest
-  std::int64_t background_voxels = 0;  // covered by no cell
-  // Of these, left open though no element of the volume's border has moved, so that nothing can
-  // have left the volume, and neither a cut nor carving can have opened them: above 0 there is a
-  // bug.
-  std::int64_t unfilled_voxels = 0;
-  // Known where each brick was timed: a brick in which nothing moved is a copy.
-  std::int64_t copied_voxels = 0;
-  double copy_seconds = 0.0;      // of one worker after the other
-  double resample_seconds = 0.0;  // the same, of all other bricks
-
-  // Says what one brick took, to the counts of this brick alone.
-  void timed(double seconds);
-  ResampleCounts& operator+=(const ResampleCounts& other);
-};
 
 class Resampler {
  public:
@@ -58,12 +37,17 @@ class Resampler {
   ~Resampler();
   Resampler(Resampler&&) noexcept;
 
-  // Fills the voxels of a brick (those in the volume, x fastest, tightly packed) in the volume's
-  // own type. flip_sign_bit stores signed integers offset, as unsigned textures want them. out is
+  // Fills a box of voxels (x fastest, tightly packed) in the volume's own type. They may lie beyond
+  // the volume, where material may have got to; all within one brick of the grid that goes on
+  // there. flip_sign_bit stores signed integers offset, as unsigned textures want them. out is
   // written once, in order, and not read here. Any thread.
+  ResampleCounts resample(const VoxelBox& voxels, std::span<std::byte> out,
+                          bool flip_sign_bit) const;
+  // The same for those voxels of a brick that are in the volume.
   ResampleCounts resample(std::int64_t brick, std::span<std::byte> out, bool flip_sign_bit) const;
 
-  // Rest position (voxel space) of every voxel of a brick: the inverse map. NaN where nothing is.
+  // Rest position (voxel space) of every voxel: the inverse map. NaN where nothing is.
+  void rest_positions(const VoxelBox& voxels, std::span<glm::vec3> out) const;
   void rest_positions(std::int64_t brick, std::span<glm::vec3> out) const;
 
   // Rest position of a point of the deformed volume. nullopt: outside of it.

@@ -43,13 +43,11 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
 }
 
 // Gives open voxels the rest positions that cells within `margin` of them claim.
-void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims,
-                  float margin) {
+void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, float margin) {
+  const DeformedVolume& volume = sight.volume();
   const bool only_uncovered = margin > kInside_cells;
   const glm::ivec3 extent = box.size();
-  for (const DeformedVolume::Entry& entry : volume.entries) {
-    if (intersection(entry.covered, box).empty()) continue;
-    const VoxelBox cells = cells_over(entry.reach, glm::dvec3(box.lo), glm::dvec3(box.hi - 1));
+  sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry&) {
     const float slack = only_uncovered ? kNearMiss_cells : 0.0f;
     for_each_moved_cell(
         volume.lattice, volume.cuts_or_null(), cells, box.lo, glm::vec3(-slack),
@@ -75,7 +73,7 @@ void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
                 const auto i = static_cast<std::size_t>((z * extent.y + y) * extent.x + x);
                 if (claims.score[i] == BrickClaims::kOwned) continue;
                 if (only_uncovered && claims.score[i] < kMissPenalty) continue;
-                if (!inverse) inverse.emplace(cell);
+                if (!inverse) inverse.emplace(cell, volume.cell_map);
                 const auto claim =
                     claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume, margin);
                 if (claim) claims.take(i, *claim);
@@ -83,20 +81,20 @@ void claim_voxels(const DeformedVolume& volume, const VoxelBox& box, BrickClaims
             }
           }
         });
-  }
+  });
 }
 
 }  // namespace
 
-void find_rest(const DeformedVolume& volume, const VoxelBox& box, BrickClaims& claims) {
-  const bool cut = volume.cut_in_sight(box);
+void find_rest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
+  const bool cut = sight.cut(box);
   const auto claim = [&](float margin) {
-    claim_voxels(volume, box, claims, margin);
-    if (cut) claim_cut_voxels(volume, box, claims, margin);
+    claim_voxels(sight, box, claims, margin);
+    if (cut) claim_cut_voxels(sight, box, claims, margin);
   };
   claim(kInside_cells);
-  const auto end = claims.score.begin() + static_cast<std::ptrdiff_t>(voxel_count(box.size()));
-  if (std::find(claims.score.begin(), end, BrickClaims::kUncovered) != end) {
+  if (std::find(claims.score.begin(), claims.score.end(), BrickClaims::kUncovered) !=
+      claims.score.end()) {
     claim(kNearMiss_cells);
   }
 }
@@ -115,12 +113,12 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   };
   for (const DeformedVolume::Entry& entry : volume.entries) {
-    const VoxelBox cells = cells_over(entry.reach, point_voxel, point_voxel);
-    for_each_moved_cell(
-        volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
-        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-          take(claim_of(cell, CellInverse(cell), base, point, volume, kNearMiss_cells));
-        });
+    const VoxelBox cells = entry.cover.cells_over(point_voxel);
+    for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
+                        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+                          take(claim_of(cell, CellInverse(cell, volume.cell_map), base, point,
+                                        volume, kNearMiss_cells));
+                        });
     if (!entry.cut) continue;
     for_each_moved_cell<CellKind::cut>(
         volume.lattice, &volume.cuts, cells, origin, low, high,
@@ -158,8 +156,8 @@ bool covered_beside(const DeformedVolume& volume, VoxelIndex element, glm::ivec3
   for_each_moved_cell(volume.lattice, volume.cuts_or_null(), {element - 1, element + 1}, origin,
                       point - kBoundsSlack_voxels, point + kBoundsSlack_voxels,
                       [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                        covered = covered || claim_of(cell, CellInverse(cell), base, point, volume,
-                                                      kInside_cells);
+                        covered = covered || claim_of(cell, CellInverse(cell, volume.cell_map),
+                                                      base, point, volume, kInside_cells);
                       });
   return covered;
 }

@@ -20,7 +20,7 @@ constexpr int kMostSteps = 8;
 
 // So long a step may be the last. Edges differ by twice the injection's share from one another, by
 // that much along a cell: what is left after a step is the share of its square where it stays in
-// one cell, twice the share of it where it does not.
+// one cell, twice the share of it where it does not. Of one that stays in its tetrahedron nothing.
 struct LastSteps {
   float within_voxels;
   float anywhere_voxels;
@@ -31,12 +31,12 @@ struct LastSteps {
 };
 
 // One step of Newton's for as many voxels as a register holds; says which of them are there then.
-template <int kQuads>
+template <CellMap kMap, int kQuads>
 [[gnu::always_inline]] inline Ints<kQuads> newton_step(const DisplacementTile& tile,
                                                        const LastSteps& last, Floats<kQuads> target,
                                                        Floats<kQuads>& rest) {
   using F = Floats<kQuads>;
-  const auto map = tile.at<kQuads>(rest);
+  const auto map = tile.at<kMap, kQuads>(rest);
   const F x = map.du_dx + all<kQuads>(1.0f, 0.0f, 0.0f);
   const F y = map.du_dy + all<kQuads>(0.0f, 1.0f, 0.0f);
   const F z = map.du_dz + all<kQuads>(0.0f, 0.0f, 1.0f);
@@ -57,16 +57,25 @@ template <int kQuads>
   const Ints<kQuads> within = (t >= 0.0f) & (t <= 1.0f);
   const Ints<kQuads> same_cell = within & quads::swizzle_ints<1, 2, 0, kQuads>(within) &
                                  quads::swizzle_ints<2, 0, 1, kQuads>(within);
-  return (length <= last.anywhere_voxels) | ((length <= last.within_voxels) & same_cell);
+  if constexpr (kMap == CellMap::tetrahedra) {
+    const Ints<kQuads> same_rank = tile.rank<kQuads>(t) == map.rank;
+    const Ints<kQuads> same = same_cell & same_rank &
+                              quads::swizzle_ints<1, 2, 0, kQuads>(same_rank) &
+                              quads::swizzle_ints<2, 0, 1, kQuads>(same_rank);
+    return (length <= last.anywhere_voxels) | same;
+  } else {
+    return (length <= last.anywhere_voxels) | ((length <= last.within_voxels) & same_cell);
+  }
 }
 
 // Slow, but it arrives from anywhere.
+template <CellMap kMap>
 Float4 by_contraction(const DisplacementTile& tile, const glm::mat3& inverse, Float4 target) {
   constexpr int kMost = 400;
   constexpr float kLast_voxels = 2e-5f;
   Float4 rest = target;
   for (int i = 0; i < kMost; ++i) {
-    const Float4 off = target - (rest + tile.at<1>(rest).u);
+    const Float4 off = target - (rest + tile.at<kMap, 1>(rest).u);
     const glm::vec3 step = inverse * glm::vec3(off[0], off[1], off[2]);
     rest += Float4{step.x, step.y, step.z, 0.0f};
     if (std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)}) <= kLast_voxels) break;
@@ -76,7 +85,7 @@ Float4 by_contraction(const DisplacementTile& tile, const glm::mat3& inverse, Fl
 
 // rest: where to start from, then the answer. Step by step for all that are not there yet, so that
 // many are under way at a time and nothing waits for one to be done.
-template <int kQuads>
+template <CellMap kMap, int kQuads>
 [[gnu::always_inline]] inline void march_row(const DisplacementTile& tile, const LastSteps& last,
                                              const glm::mat3& inverse, Float4 first, int count,
                                              Float4* rest) {
@@ -98,7 +107,8 @@ template <int kQuads>
         along_x[4 * q] = static_cast<float>(waiting[w + q]);
       }
       F next = quads::load(from, 0, F{});
-      const Ints<kQuads> there = newton_step<kQuads>(tile, last, first_target + along_x, next);
+      const Ints<kQuads> there =
+          newton_step<kMap, kQuads>(tile, last, first_target + along_x, next);
       Float4 parts[kQuads];
       __builtin_memcpy(parts, &next, sizeof next);
       for (int q = 0; q < kQuads; ++q) {
@@ -111,11 +121,28 @@ template <int kQuads>
   }
   for (int w = 0; w < left; ++w) {
     const auto x = static_cast<float>(waiting[w]);
-    rest[waiting[w]] = by_contraction(tile, inverse, first + Float4{x, 0.0f, 0.0f, 0.0f});
+    rest[waiting[w]] = by_contraction<kMap>(tile, inverse, first + Float4{x, 0.0f, 0.0f, 0.0f});
   }
 }
 
-MAILLE_ONE_OF_WIDTHS(void, march_row_of, march_row,
+template <int kQuads>
+[[gnu::always_inline]] inline void march_trilinear(const DisplacementTile& tile,
+                                                   const LastSteps& last, const glm::mat3& inverse,
+                                                   Float4 first, int count, Float4* rest) {
+  march_row<CellMap::trilinear, kQuads>(tile, last, inverse, first, count, rest);
+}
+MAILLE_ONE_OF_WIDTHS(void, march_trilinear_of, march_trilinear,
+                     (const DisplacementTile& tile, const LastSteps& last, const glm::mat3& inverse,
+                      Float4 first, int count, Float4* rest),
+                     (tile, last, inverse, first, count, rest))
+
+template <int kQuads>
+[[gnu::always_inline]] inline void march_tetrahedra(const DisplacementTile& tile,
+                                                    const LastSteps& last, const glm::mat3& inverse,
+                                                    Float4 first, int count, Float4* rest) {
+  march_row<CellMap::tetrahedra, kQuads>(tile, last, inverse, first, count, rest);
+}
+MAILLE_ONE_OF_WIDTHS(void, march_tetrahedra_of, march_tetrahedra,
                      (const DisplacementTile& tile, const LastSteps& last, const glm::mat3& inverse,
                       Float4 first, int count, Float4* rest),
                      (tile, last, inverse, first, count, rest))
@@ -123,8 +150,8 @@ MAILLE_ONE_OF_WIDTHS(void, march_row_of, march_row,
 }  // namespace
 
 RestMarch::RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
-                     const VoxelBox& voxels, Registers registers)
-    : tile_(tile), injection_(injection), extent_(voxels.size()), registers_(registers) {
+                     const VoxelBox& voxels, CellMap map, Registers registers)
+    : tile_(tile), injection_(injection), extent_(voxels.size()), map_(map), registers_(registers) {
   const glm::vec3 first(voxels.lo - tile.elements().lo - tile.common_voxels());
   first_ = Float4{first.x, first.y, first.z, 0.0f};
   const auto count = static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(extent_.y);
@@ -154,10 +181,15 @@ const Float4* RestMarch::next_row() {
     const Float4 on = step_along(y_ > 0 ? 1 : 2);
     for (int x = 0; x < extent_.x; ++x) row[x] = last[x] + on;
   } else {
-    row[0] = by_contraction(tile_, injection_.inverse, first);
+    row[0] = map_ == CellMap::trilinear
+                 ? by_contraction<CellMap::trilinear>(tile_, injection_.inverse, first)
+                 : by_contraction<CellMap::tetrahedra>(tile_, injection_.inverse, first);
     for (int x = 1; x < extent_.x; ++x) row[x] = row[x - 1] + step_along(0);
   }
-  const auto march = registers_ == Registers::widest ? march_row_of : march_row_of_16;
+  const bool widest = registers_ == Registers::widest;
+  const auto march = map_ == CellMap::trilinear
+                         ? (widest ? march_trilinear_of : march_trilinear_of_16)
+                         : (widest ? march_tetrahedra_of : march_tetrahedra_of_16);
   march(tile_, LastSteps(injection_.share), injection_.inverse, first, extent_.x, row);
   if (++y_ == extent_.y) {
     y_ = 0;
@@ -166,25 +198,24 @@ const Float4* RestMarch::next_row() {
   return row;
 }
 
-std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick,
-                                       int margin) {
-  // Where material is squeezed most of it is between voxels, and writing it out takes longer than
-  // all else.
-  constexpr std::int64_t kMostElementsAVoxel = 8;
+std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxels, int margin) {
+  // Writing it out takes longer than all else where material is squeezed: up to here less long than
+  // to look for voxels from every cell.
+  constexpr std::int64_t kMostElements = 96 * kBrickVoxels;
   constexpr double kSurely = 0.98;
   static thread_local DisplacementTile tile;
-  const VoxelBox voxels = volume.box(brick);
-  if (volume.cuts.brick(brick) || volume.cut_in_sight(voxels)) return std::nullopt;
-  VoxelBox elements = volume.elements_over(voxels);
+  const DeformedVolume& volume = sight.volume();
+  if (sight.cut(voxels)) return std::nullopt;
+  VoxelBox elements = sight.elements_over(voxels);
   elements = intersection({elements.lo - margin, elements.hi + margin},
                           {VoxelIndex(0), VoxelIndex(volume.size())});
-  if (voxel_count(elements.size()) > kMostElementsAVoxel * kBrickVoxels) return std::nullopt;
+  if (elements.empty() || voxel_count(elements.size()) > kMostElements) return std::nullopt;
   tile.fill(volume.lattice, elements);
   const bool at_border = glm::any(glm::equal(elements.lo, VoxelIndex(0))) ||
                          glm::any(glm::equal(elements.hi, VoxelIndex(volume.size())));
   const auto injection = tile.injection(at_border);
   if (!(injection.share < kSurely)) return std::nullopt;
-  return RestMarch(tile, injection, voxels);
+  return RestMarch(tile, injection, voxels, volume.cell_map);
 }
 
 }  // namespace maille

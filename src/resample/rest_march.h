@@ -1,5 +1,5 @@
-// Rest positions of a brick's voxels, one after the other: each starts where the ones before it say
-// that it should lie, and takes one Newton step on the trilinear map, seldom two.
+// Rest positions of a box of voxels, one after the other: each starts where the ones before it say
+// that it should lie, and takes one Newton step on the cell's map, seldom two.
 //
 // Only where the tile's map is known to put no two points in one place (DisplacementTile::
 // injection): there is one answer, and whatever way it is found it is the answer of the cell that
@@ -13,8 +13,8 @@
 #include <optional>
 #include <vector>
 
-#include "resample/deformed_volume.h"
 #include "resample/displacement_tile.h"
+#include "resample/sight.h"
 
 namespace maille {
 
@@ -25,10 +25,10 @@ enum class Registers {
 
 class RestMarch {
  public:
-  // voxels: a brick's. The tile must hold all elements of the cells that can cover them.
+  // voxels: at most a brick's. The tile must hold all elements of the cells that can cover them.
   // No longer than the tile.
   RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
-            const VoxelBox& voxels, Registers registers = Registers::widest);
+            const VoxelBox& voxels, CellMap map, Registers registers = Registers::widest);
 
   // Of a row's voxels, from the tile's first element on, in voxels; rows by rising y, then z, none
   // left out. Beyond the tile's elements: where the map of the nearest has it. The same bits for
@@ -42,16 +42,16 @@ class RestMarch {
   DisplacementTile::Injection injection_;
   Float4 first_;  // voxel, from the tile's first element, less what is common
   Size3 extent_;
+  CellMap map_;
   Registers registers_;
   int y_ = 0;
   int z_ = 0;
   std::array<std::vector<Float4>, 2> planes_;  // rest positions of this one and the one before
 };
 
-// Through the voxels of a brick of a deformed volume, with a tile that this thread keeps for it
-// until it asks for another. None beside cuts, nor where two cells might cover one voxel, nor where
-// there is much more material than voxels. The tile reaches `margin` elements further than it must.
-std::optional<RestMarch> march_through(const DeformedVolume& volume, std::int64_t brick,
-                                       int margin = 0);
+// Through voxels of a deformed volume, with a tile that this thread keeps for it until it asks for
+// another. None beside cuts, nor where two cells might cover one voxel, nor where there is very
+// much more material than voxels. The tile reaches `margin` elements further than it must.
+std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxels, int margin = 0);
 
 }  // namespace maille

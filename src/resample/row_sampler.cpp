@@ -64,6 +64,44 @@ void mix_corners(const float (&corner)[8][kBrickEdge], const float (&t)[3][kBric
   }
 }
 
+// The components of t, falling, and where the path from the lowest corner to the opposite one leads
+// along them; of equal ones the first axis comes first.
+MAILLE_FOR_SEVERAL_WIDTHS
+void choose_path(const float (&t)[3][kBrickEdge], const std::int64_t (&step)[3], int count,
+                 float (&along)[3][kBrickEdge], std::int64_t* second, std::int64_t* third) {
+  const std::int64_t step_x = step[0];
+  const std::int64_t step_y = step[1];
+  const std::int64_t step_z = step[2];
+  const std::int64_t opposite = step_x + step_y + step_z;
+  for (int x = 0; x < count; ++x) {
+    const float a = t[0][x];
+    const float b = t[1][x];
+    const float c = t[2][x];
+    const float larger = a > b ? a : b;
+    const float smaller = a > b ? b : a;
+    const float below_larger = c < larger ? c : larger;
+    along[0][x] = c > larger ? c : larger;
+    along[1][x] = below_larger > smaller ? below_larger : smaller;
+    along[2][x] = c < smaller ? c : smaller;
+    second[x] = (a >= b) & (a >= c) ? step_x : b >= c ? step_y : step_z;
+    third[x] = opposite - ((c <= a) & (c <= b) ? step_z : b <= a ? step_y : step_x);
+  }
+}
+
+// One after the other from the end, so that equal values and points on a corner mix to themselves.
+MAILLE_FOR_SEVERAL_WIDTHS
+void mix_path(const float (&corner)[8][kBrickEdge], const float (&along)[3][kBrickEdge], int count,
+              float* value) {
+  for (int x = 0; x < count; ++x) {
+    const float first = along[0][x];
+    const float second = along[1][x];
+    const float to_third = first > 0.0f ? second / first : 0.0f;
+    const float to_last = second > 0.0f ? along[2][x] / second : 0.0f;
+    const float beyond_third = between(corner[2][x], corner[3][x], to_last);
+    value[x] = between(corner[0][x], between(corner[1][x], beyond_third, to_third), first);
+  }
+}
+
 }  // namespace
 
 RowSampler::RowSampler(Size3 size, const VoxelBox& elements)
@@ -95,12 +133,21 @@ void RowSampler::locate(const Float4* rest, int count) {
     locate_along({lowest_[c], highest_[c], first, last, std::max(last - 1.0f, first)}, at_[c],
                  count, t_[c], base[c], among_);
   }
+  std::int32_t all = 1;
+  for (int x = 0; x < count; ++x) all &= among_[x];
+  all_among_ = all != 0;
   const std::int64_t origin = linear_index(first_, size_);
   const std::int64_t plane = std::int64_t{size_.x} * size_.y;
   for (int x = 0; x < count; ++x) {
     offset_[x] = origin + base[2][x] * plane + base[1][x] * std::int64_t{size_.x} + base[0][x];
   }
 }
+
+void RowSampler::choose_tetrahedra(int count) {
+  choose_path(t_, {step_x_, step_y_, step_z_}, count, along_, second_, third_);
+}
+
+void RowSampler::mix_along_path(int count) { mix_path(corner_, along_, count, value_); }
 
 void RowSampler::mix(int count) { mix_corners(corner_, t_, count, value_); }
 

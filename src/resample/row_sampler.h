@@ -1,4 +1,4 @@
-// Trilinear values of a volume at a row of rest positions.
+// Values of a volume at a row of rest positions, interpolated as cells are mapped.
 //
 // In three loops over the row: where each lies, its eight values, and what they mix to. The first
 // and the last are the compiler's to take many neighbours at a time (several_widths.h).
@@ -25,8 +25,9 @@ class RowSampler {
   // themselves, and no value counts that a point has nothing of. Also tells which lie among the
   // elements.
   template <class T>
-  void sample(std::span<const T> voxels, const Float4* rest, int count) {
+  void sample(std::span<const T> voxels, CellMap map, const Float4* rest, int count) {
     locate(rest, count);
+    if (map == CellMap::tetrahedra) return sample_tetrahedra(voxels, count);
     for (int x = 0; x < count; ++x) {
       const T* const p = &voxels[static_cast<std::size_t>(offset_[x])];
       const T* const q = p + step_z_;
@@ -44,12 +45,28 @@ class RowSampler {
 
   float value(int x) const { return value_[x]; }
   bool is_among(int x) const { return among_[x] != 0; }
+  bool all_among() const { return all_among_; }
 
   void locate(const Float4* rest, int count);
   glm::vec3 position(int x) const { return {at_[0][x], at_[1][x], at_[2][x]}; }
 
  private:
+  template <class T>
+  void sample_tetrahedra(std::span<const T> voxels, int count) {
+    choose_tetrahedra(count);
+    for (int x = 0; x < count; ++x) {
+      const T* const p = &voxels[static_cast<std::size_t>(offset_[x])];
+      corner_[0][x] = static_cast<float>(p[0]);
+      corner_[1][x] = static_cast<float>(p[second_[x]]);
+      corner_[2][x] = static_cast<float>(p[third_[x]]);
+      corner_[3][x] = static_cast<float>(p[step_x_ + step_y_ + step_z_]);
+    }
+    mix_along_path(count);
+  }
+
   void mix(int count);
+  void choose_tetrahedra(int count);
+  void mix_along_path(int count);
 
   VoxelIndex first_;
   Size3 size_;
@@ -63,6 +80,11 @@ class RowSampler {
   alignas(64) std::int64_t offset_[kBrickEdge];
   alignas(64) std::int32_t among_[kBrickEdge];
   alignas(64) float corner_[8][kBrickEdge];
+  // Of a tetrahedron, along its path from the lowest corner to the opposite one.
+  alignas(64) float along_[3][kBrickEdge];  // the components of t, falling
+  alignas(64) std::int64_t second_[kBrickEdge];
+  alignas(64) std::int64_t third_[kBrickEdge];
+  bool all_among_ = false;
   alignas(64) float value_[kBrickEdge];
 };
 

@@ -47,7 +47,8 @@ TEST_P(NearestOfEveryVoxel, IsTheNearestOfAllElements) {
            glm::dvec3(0.25);
   });
   const DeformedVolume deformed(lattice, Cuts(scene.size), scene.spacing_mm);
-  auto march = march_through(deformed, 0, NearestSearch::kMargin);
+  const VoxelBox voxels = lattice.grid().box({0, 0, 0});
+  auto march = march_through(Sight(deformed, voxels), voxels, NearestSearch::kMargin);
   EXPECT_EQ(
       march &&
           NearestSearch(march->tile(), march->injection(), deformed.spacing_mm).within_margin(),

@@ -2,6 +2,8 @@
 // pairs of points.
 #include "resample/rest_march.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -16,18 +18,34 @@ namespace {
 using namespace testing;
 
 // u at a rest position, as displacement_tile.h states it.
-glm::dvec3 displacement(const Lattice& lattice, glm::dvec3 rest) {
+glm::dvec3 displacement(const Lattice& lattice, glm::dvec3 rest, CellMap map = CellMap::trilinear) {
   const Size3 size = lattice.grid().volume_size();
   const glm::dvec3 inside = glm::clamp(rest, glm::dvec3(0), glm::dvec3(size - 1));
   const auto base = glm::min(VoxelIndex(glm::floor(inside)), glm::max(size - 2, VoxelIndex(0)));
   const glm::dvec3 t = inside - glm::dvec3(base);
+  const auto u_at = [&](glm::ivec3 corner) {
+    return lattice.displacement_voxels(glm::min(base + corner, size - 1));
+  };
   glm::dvec3 sum(0);
+  if (map == CellMap::tetrahedra) {
+    // By barycentric coordinates: corners are joined one by one as a level falls from 1 to 0.
+    std::array<int, 3> axes{0, 1, 2};
+    std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return t[a] > t[b]; });
+    glm::ivec3 corner(0);
+    double level = 1.0;
+    for (const int axis : axes) {
+      sum += (level - t[axis]) * u_at(corner);
+      level = t[axis];
+      corner[axis] = 1;
+    }
+    return sum + level * u_at(corner);
+  }
   for (int k = 0; k < 8; ++k) {
     const glm::ivec3 at(k & 1, (k >> 1) & 1, k >> 2);
     double weight = 1.0;
     for (int c = 0; c < 3; ++c) weight *= at[c] ? t[c] : 1.0 - t[c];
     if (weight == 0.0) continue;
-    sum += weight * lattice.displacement_voxels(glm::min(base + at, size - 1));
+    sum += weight * u_at(at);
   }
   return sum;
 }
@@ -59,8 +77,9 @@ TEST(DisplacementTile, MapIsTheLatticesOwnAndSoAreItsDerivatives) {
       rest[c] = std::uniform_real_distribution<double>(first[c], kSize[c] - 1)(random);
     }
     const glm::dvec3 local = rest - glm::dvec3(first);
-    const auto map = tile.at<1>(Float4{static_cast<float>(local.x), static_cast<float>(local.y),
-                                       static_cast<float>(local.z), 0.0f});
+    const auto map = tile.at<CellMap::trilinear, 1>(Float4{static_cast<float>(local.x),
+                                                           static_cast<float>(local.y),
+                                                           static_cast<float>(local.z), 0.0f});
     const glm::dvec3 u = displacement(lattice, rest);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.u[c] + tile.common_voxels()[c], u[c], 1e-4);
     const Float4 columns[3] = {map.du_dx, map.du_dy, map.du_dz};
@@ -72,6 +91,32 @@ TEST(DisplacementTile, MapIsTheLatticesOwnAndSoAreItsDerivatives) {
       upper[axis] = lower[axis] + 1.0;
       const glm::dvec3 along = displacement(lattice, upper) - displacement(lattice, lower);
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(columns[axis][c], along[c], 1e-4);
+    }
+  }
+}
+
+TEST(DisplacementTile, InTetrahedraTheDerivativesAreEdgesOfTheCell) {
+  const Lattice lattice = rough(kSize, 0.4, 1, kTurned);
+  DisplacementTile tile;
+  tile.fill(lattice, {VoxelIndex(0), kSize});
+  std::mt19937 random(2);
+  for (int i = 0; i < 500; ++i) {
+    glm::dvec3 rest;
+    for (int c = 0; c < 3; ++c) {
+      // Equal components too, where tetrahedra meet.
+      rest[c] = std::uniform_int_distribution<int>(0, 4 * (kSize[c] - 1))(random) / 4.0;
+    }
+    const auto map = tile.at<CellMap::tetrahedra, 1>(Float4{
+        static_cast<float>(rest.x), static_cast<float>(rest.y), static_cast<float>(rest.z), 0.0f});
+    const glm::dvec3 u = displacement(lattice, rest, CellMap::tetrahedra);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.u[c] + tile.common_voxels()[c], u[c], 1e-4);
+    // A little way on in some direction that stays inside of one: order of t kept, equal ones fall.
+    const glm::dvec3 on = 0.01 * (glm::dvec3(4, 3, 2) / 4.0);
+    if (glm::any(glm::greaterThan(rest + on, glm::dvec3(kSize - 1)))) continue;
+    const glm::dvec3 there = displacement(lattice, rest + on, CellMap::tetrahedra);
+    for (int c = 0; c < 3; ++c) {
+      const double along = map.du_dx[c] * on.x + map.du_dy[c] * on.y + map.du_dz[c] * on.z;
+      EXPECT_NEAR(along, there[c] - u[c], 1e-5);
     }
   }
 }
@@ -122,7 +167,11 @@ TEST(DisplacementTile, SaysThatAFoldIsOne) {
   EXPECT_FALSE(tile.injection(false).share < 1.0) << "flat";
 }
 
-TEST(RestMarch, EveryAnswerIsThePointThatNowLiesThere) {
+class RestMarchOf : public ::testing::TestWithParam<CellMap> {};
+INSTANTIATE_TEST_SUITE_P(CellMaps, RestMarchOf,
+                         ::testing::Values(CellMap::trilinear, CellMap::tetrahedra));
+
+TEST_P(RestMarchOf, EveryAnswerIsThePointThatNowLiesThere) {
   int marches = 0;
   for (unsigned seed = 0; seed < 12; ++seed) {
     for (const auto& affine : {glm::dmat3(1.0), kTurned, kStretched, kSheared}) {
@@ -133,14 +182,14 @@ TEST(RestMarch, EveryAnswerIsThePointThatNowLiesThere) {
       if (!(injection.share < 0.98)) continue;
       ++marches;
       const VoxelBox voxels{VoxelIndex(-3, -2, -4), kSize + 3};
-      RestMarch march(tile, injection, voxels);
+      RestMarch march(tile, injection, voxels, GetParam());
       for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
         for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
           const Float4* const row = march.next_row();
           for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
             const Float4 rest = row[x - voxels.lo.x];
             const glm::dvec3 at(rest[0], rest[1], rest[2]);
-            const glm::dvec3 now = at + displacement(lattice, at);
+            const glm::dvec3 now = at + displacement(lattice, at, GetParam());
             EXPECT_LT(glm::length(now - glm::dvec3(x, y, z)), 5e-4)
                 << "seed " << seed << " (" << x << ", " << y << ", " << z << ")";
           }
@@ -151,7 +200,7 @@ TEST(RestMarch, EveryAnswerIsThePointThatNowLiesThere) {
   EXPECT_GT(marches, 20);
 }
 
-TEST(RestMarch, NoLessNearAMillionVoxelsFromRest) {
+TEST_P(RestMarchOf, NoLessNearAMillionVoxelsFromRest) {
   const glm::ivec3 shift(1'000'000, -400'000, 70'000);
   const Lattice lattice = rough(kSize, 0.06, 6, kSheared, glm::dvec3(shift) + 0.3);
   DisplacementTile tile;
@@ -159,7 +208,7 @@ TEST(RestMarch, NoLessNearAMillionVoxelsFromRest) {
   const auto injection = tile.injection(false);
   ASSERT_LT(injection.share, 0.98);
   const VoxelBox voxels{shift + 3, shift + kSize - 3};
-  RestMarch march(tile, injection, voxels);
+  RestMarch march(tile, injection, voxels, GetParam());
   for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
     for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
       const Float4* const row = march.next_row();
@@ -170,21 +219,22 @@ TEST(RestMarch, NoLessNearAMillionVoxelsFromRest) {
             glm::any(glm::greaterThan(at, glm::dvec3(kSize - 1)))) {
           continue;
         }
-        EXPECT_LT(glm::length(at + displacement(lattice, at) - glm::dvec3(x, y, z)), 5e-4);
+        EXPECT_LT(glm::length(at + displacement(lattice, at, GetParam()) - glm::dvec3(x, y, z)),
+                  5e-4);
       }
     }
   }
 }
 
-TEST(RestMarch, SameBitsForAnyWidthOfRegisters) {
+TEST_P(RestMarchOf, SameBitsForAnyWidthOfRegisters) {
   for (unsigned seed = 0; seed < 4; ++seed) {
     const Lattice lattice = rough(kSize, 0.08, seed, seed % 2 ? kSheared : kTurned);
     DisplacementTile tile;
     tile.fill(lattice, {VoxelIndex(0), kSize});
     const auto injection = tile.injection(true);
     const VoxelBox voxels{VoxelIndex(-2), kSize + 1};
-    RestMarch widest(tile, injection, voxels);
-    RestMarch narrow(tile, injection, voxels, Registers::narrow);
+    RestMarch widest(tile, injection, voxels, GetParam());
+    RestMarch narrow(tile, injection, voxels, GetParam(), Registers::narrow);
     for (int row = 0; row < voxels.size().y * voxels.size().z; ++row) {
       const Float4* const a = widest.next_row();
       const Float4* const b = narrow.next_row();
@@ -195,20 +245,21 @@ TEST(RestMarch, SameBitsForAnyWidthOfRegisters) {
 }
 
 // One element, one plane, one row: what is beyond an only element moves with it.
-TEST(RestMarch, ThinVolumesToo) {
+TEST_P(RestMarchOf, ThinVolumesToo) {
   for (const Size3 size : {Size3(1, 1, 1), Size3(1, 9, 5), Size3(8, 1, 1), Size3(6, 7, 1)}) {
     const Lattice lattice = rough(size, 0.1, 5);
     DisplacementTile tile;
     tile.fill(lattice, {VoxelIndex(0), size});
     const auto injection = tile.injection(true);
     ASSERT_LT(injection.share, 0.98);
-    RestMarch march(tile, injection, {VoxelIndex(0), size});
+    RestMarch march(tile, injection, {VoxelIndex(0), size}, GetParam());
     for (int z = 0; z < size.z; ++z) {
       for (int y = 0; y < size.y; ++y) {
         const Float4* const row = march.next_row();
         for (int x = 0; x < size.x; ++x) {
           const glm::dvec3 at(row[x][0], row[x][1], row[x][2]);
-          EXPECT_LT(glm::length(at + displacement(lattice, at) - glm::dvec3(x, y, z)), 5e-4);
+          EXPECT_LT(glm::length(at + displacement(lattice, at, GetParam()) - glm::dvec3(x, y, z)),
+                    5e-4);
         }
       }
     }
