@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "measure/product_resampling.h"
-#include "measure/resample_methods.h"
 #include "measure/resample_references.h"
 #include "references/nearest_brute_force.h"
+#include "resample/resample_method.h"
 
 namespace maille {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "measure/resample_bars.h"
 #include "measure/resample_error_page.h"
-#include "measure/resample_methods.h"
+#include "resample/resample_method.h"
 #include "tests/measure/xml.h"
 
 namespace maille {
