@@ -103,9 +103,12 @@ std::string json_text(const ResampleError& report) {
                                           {"bytes", bricks.bytes},
                                           {"milliseconds", json_of(bricks.resampled)},
                                           {"copy_milliseconds", json_of(bricks.copied)},
+                                          {"rows_milliseconds", json_of(bricks.copied_by_rows)},
                                           {"gb_per_s", bricks.gb_per_s()},
                                           {"copy_gb_per_s", bricks.copy_gb_per_s()},
+                                          {"rows_gb_per_s", bricks.rows_gb_per_s()},
                                           {"share_of_copy", bricks.share_of_copy()},
+                                          {"share_of_rows", bricks.share_of_rows()},
                                           {"triad_share", report.triad_share(bricks)}});
   }
   for (const Scene& scene : report.scenes) {
@@ -260,9 +263,11 @@ std::string constant_text(const ResampleError& report) {
   for (const ConstantBricks& bricks : report.constant_bricks) {
     out += "bricks moved by whole voxels, " + std::to_string(bricks.threads) +
            (bricks.threads == 1 ? " thread" : " threads") + ": " +
-           fixed_number(bricks.gb_per_s(), 1) + " GB/s read and written, a plain copy " +
-           fixed_number(bricks.copy_gb_per_s(), 1) +
-           " GB/s: " + fixed_number(100.0 * bricks.share_of_copy(), 0) + " % of it, " +
+           fixed_number(bricks.gb_per_s(), 1) + " GB/s read and written; a plain copy " +
+           fixed_number(bricks.copy_gb_per_s(), 1) + " GB/s, " +
+           fixed_number(100.0 * bricks.share_of_copy(), 0) + " % of it; a copy row by row " +
+           fixed_number(bricks.rows_gb_per_s(), 1) + " GB/s, " +
+           fixed_number(100.0 * bricks.share_of_rows(), 0) + " % of it; " +
            fixed_number(100.0 * report.triad_share(bricks), 0) + " % of the triad\n";
   }
   return out;

@@ -206,6 +206,8 @@ TEST(ResampleErrorPage, SaysWhatWasMeasured) {
     EXPECT_EQ(bricks["bytes"], 2 * 4 * 40 * 40 * 40);
     EXPECT_NEAR(bricks["share_of_copy"],
                 double{bricks["gb_per_s"]} / double{bricks["copy_gb_per_s"]}, 1e-9);
+    EXPECT_NEAR(bricks["share_of_rows"],
+                double{bricks["gb_per_s"]} / double{bricks["rows_gb_per_s"]}, 1e-9);
   }
   for (const char* const said : {"4.41", "2.46", "1.48", "99 %", "walk, 26", "fixed point, 8",
                                  "constant bricks", "nearest answer"}) {
@@ -262,7 +264,7 @@ TEST(ResampleBars, StandBesideWhatWasMeasured) {
   report.scenes.push_back(scene);
   scene.moves = false;  // has no bars for its speed and error, but nothing may be left open
   report.scenes.push_back(scene);
-  report.constant_bricks = {{2, 1000, {2.0, 2.0, 2.0, 1}, {1.5, 1.5, 1.5, 1}}};
+  report.constant_bricks = {{2, 1000, {2.0, 2.0, 2.0, 1}, {1.5, 1.5, 1.5, 1}, {3.0, 3.0, 3.0, 1}}};
 
   const auto bars = bars_of(report);
   const auto met = [&](const std::string& what) {
