@@ -100,12 +100,10 @@ class SceneMeasurement {
       if (method == ResampleMethod::nearest) row.found = found_among(whole, elements_shown());
       for (const int threads : options_.threads) {
         WorkerPool workers(threads);
-        std::vector<double> seconds;
-        for (int run = 0; run < options_.runs; ++run) {
-          seconds.push_back(product.run(method, workers));
-        }
+        const RunLimit limit{options_.runs, options_.seconds, std::min(options_.runs, 3)};
         row.threads = threads;
-        row.timing = timing_of(seconds);
+        row.timing =
+            timing_of(seconds_of_runs(limit, [&] { return product.run(method, workers); }));
         out_.rows.push_back(row);
       }
     }
@@ -189,12 +187,12 @@ class SceneMeasurement {
     voxels.lo.z += (voxels.size().z - layers) / 2;
     voxels.hi.z = voxels.lo.z + layers;
     out_.reference_voxels = voxels;
-    const ReferenceRuns runs{options_.reference_runs, options_.reference_seconds};
+    const RunLimit limit{options_.reference_runs, options_.reference_seconds};
     using Neighbours = PaperWalkOptions::Neighbours;
     for (const Neighbours neighbours : {Neighbours::six, Neighbours::twenty_six}) {
       const bool six = neighbours == Neighbours::six;
       options_.progress(out_.title + ": the paper's walk by " + (six ? "6" : "26"));
-      const PaperAnswers paper = run_paper(elements_, values_, voxels, neighbours, runs);
+      const PaperAnswers paper = run_paper(elements_, values_, voxels, neighbours, limit);
       std::vector<std::size_t> walked;
       for (const WalkedVoxel& end : paper.walked) {
         walked.push_back(end.found() ? end.element : kNone);
@@ -211,7 +209,7 @@ class SceneMeasurement {
     options_.progress(out_.title + ": fixed-point inversion");
     for (int iterations = 1; iterations <= kMostIterations; ++iterations) {
       Row row = reference_row("fixed_point", voxels,
-                              run_fixed_point(elements_, values_, voxels, iterations, runs));
+                              run_fixed_point(elements_, values_, voxels, iterations, limit));
       row.method = "linear";
       row.iterations = iterations;
       out_.rows.push_back(std::move(row));

@@ -23,7 +23,8 @@ namespace maille {
 struct ResampleErrorOptions {
   std::vector<int> threads{1, 2};  // for Maille's methods
   int edge = 128;                  // of the volumes, voxels
-  int runs = 7;                    // of Maille, of which the median counts
+  int runs = 7;                    // of Maille, of which the median counts; fewer, but 3, where
+  double seconds = 3.0;            // they would take more than this in all
   int reference_runs = 3;          // of the others; fewer where they would take more than
   double reference_seconds = 1.0;  // in all
   int reference_layers = 32;       // that the others are measured in

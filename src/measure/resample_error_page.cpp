@@ -275,7 +275,7 @@ std::string constant_text(const ResampleError& report) {
 
 std::string table_text(const ResampleError& report) {
   std::string out =
-      "Resampling: error against time\n" + text_of(report.machine) + "; median of " +
+      "Resampling: error against time\n" + text_of(report.machine) + "; median of up to " +
       std::to_string(report.runs) +
       " runs, set-up counted (walk and fixed point: fewer)\n"
       "error: of a value in 0..1, to the formula; x grid's: RMS, by that of the undeformed grid, "

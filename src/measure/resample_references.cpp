@@ -20,40 +20,35 @@ void for_each_voxel_of(const VoxelBox& voxels, F&& f) {
   }
 }
 
-// Seconds of each run; at least one.
 template <class F>
-std::vector<double> timed(const ReferenceRuns& runs, F&& f) {
-  std::vector<double> seconds;
-  double all = 0.0;
-  do {
+Timing timed(const RunLimit& limit, F&& f) {
+  return timing_of(seconds_of_runs(limit, [&] {
     const Stopwatch clock;
     f();
-    seconds.push_back(clock.seconds());
-    all += seconds.back();
-  } while (static_cast<int>(seconds.size()) < runs.runs && all + seconds.back() <= runs.seconds);
-  return seconds;
+    return clock.seconds();
+  }));
 }
 
 }  // namespace
 
 PaperAnswers run_paper(const DeformedElements& elements, std::span<const double> values,
                        const VoxelBox& voxels, PaperWalkOptions::Neighbours neighbours,
-                       const ReferenceRuns& runs) {
+                       const RunLimit& limit) {
   PaperAnswers answers;
-  const Timing walk = timing_of(timed(
-      runs, [&] { answers.walked = paper_walk(elements, voxels.lo, voxels.hi, {neighbours}); }));
+  const Timing walk = timed(
+      limit, [&] { answers.walked = paper_walk(elements, voxels.lo, voxels.hi, {neighbours}); });
   for (const PaperMethod method :
        {PaperMethod::nearest, PaperMethod::barycentric, PaperMethod::rbf}) {
     ReferenceAnswer answer;
     answer.values.assign(answers.walked.size(), kNothing);
-    answer.timing = timing_of(timed(runs, [&] {
+    answer.timing = timed(limit, [&] {
       for_each_voxel_of(voxels, [&](std::size_t i, glm::dvec3 point) {
         const WalkedVoxel& walked = answers.walked[i];
         if (!walked.found()) return;
         answer.values[i] =
             static_cast<float>(paper_value(elements, values, walked.element, point, method).value);
       });
-    }));
+    });
     answer.timing.median_seconds += walk.median_seconds;
     answer.timing.least_seconds += walk.least_seconds;
     answer.timing.most_seconds += walk.most_seconds;
@@ -63,18 +58,18 @@ PaperAnswers run_paper(const DeformedElements& elements, std::span<const double>
 }
 
 ReferenceAnswer run_fixed_point(const DeformedElements& elements, std::span<const double> values,
-                                const VoxelBox& voxels, int iterations, const ReferenceRuns& runs) {
+                                const VoxelBox& voxels, int iterations, const RunLimit& limit) {
   ReferenceAnswer answer;
   const auto count = static_cast<std::size_t>(voxel_count(voxels.size()));
   answer.values.resize(count);
   answer.rest_voxels.resize(count);
-  answer.timing = timing_of(timed(runs, [&] {
+  answer.timing = timed(limit, [&] {
     for_each_voxel_of(voxels, [&](std::size_t i, glm::dvec3 point) {
       const glm::dvec3 rest = rest_by_fixed_point(elements, point, iterations);
       answer.rest_voxels[i] = glm::vec3(rest);
       answer.values[i] = static_cast<float>(trilinear(elements.size(), values, rest));
     });
-  }));
+  });
   return answer;
 }
 

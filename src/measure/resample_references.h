@@ -13,11 +13,6 @@
 
 namespace maille {
 
-struct ReferenceRuns {
-  int runs = 1;          // fewer where they would take more than
-  double seconds = 1.0;  // in all
-};
-
 // Of voxels of a box, x fastest.
 struct ReferenceAnswer {
   Timing timing;
@@ -37,10 +32,10 @@ struct PaperAnswers {
 // values: of each element.
 PaperAnswers run_paper(const DeformedElements& elements, std::span<const double> values,
                        const VoxelBox& voxels, PaperWalkOptions::Neighbours neighbours,
-                       const ReferenceRuns& runs);
+                       const RunLimit& limit);
 
 // Its value is the volume's, trilinear; beyond the border elements theirs.
 ReferenceAnswer run_fixed_point(const DeformedElements& elements, std::span<const double> values,
-                                const VoxelBox& voxels, int iterations, const ReferenceRuns& runs);
+                                const VoxelBox& voxels, int iterations, const RunLimit& limit);
 
 }  // namespace maille
