@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/several_widths.h"
+
 namespace maille {
 namespace {
 
@@ -18,6 +20,31 @@ struct Bounds {
     highest = greatest(highest, edge);
   }
 };
+
+// Of the elements of a row, and of those a step on from them: four at a time.
+MAILLE_FOR_SEVERAL_WIDTHS
+void take_edges(const Float4* at, std::ptrdiff_t step, int count, Bounds& bounds) {
+  using Four = float __attribute__((vector_size(64)));
+  Four lowest = Four{} + std::numeric_limits<float>::max();
+  Four highest = -lowest;
+  int x = 0;
+  for (; x + 4 <= count; x += 4) {
+    Four from, to;
+    __builtin_memcpy(&from, at + x, sizeof from);
+    __builtin_memcpy(&to, at + x + step, sizeof to);
+    const Four edge = to - from;
+    lowest = edge < lowest ? edge : lowest;
+    highest = edge > highest ? edge : highest;
+  }
+  Float4 parts[2][4];
+  __builtin_memcpy(parts[0], &lowest, sizeof lowest);
+  __builtin_memcpy(parts[1], &highest, sizeof highest);
+  for (int i = 0; i < 4; ++i) {
+    bounds.lowest = least(bounds.lowest, parts[0][i]);
+    bounds.highest = greatest(bounds.highest, parts[1][i]);
+  }
+  for (; x < count; ++x) bounds.take(at[x + step] - at[x]);
+}
 
 }  // namespace
 
@@ -57,9 +84,11 @@ void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
         }
         for (; x < end; ++x) {
           const int i = x & 31;
+          const bool moved = (u[0][i] | u[1][i] | u[2][i]) != 0;
           *out++ =
               Float4{static_cast<float>(u[0][i] - common.x), static_cast<float>(u[1][i] - common.y),
-                     static_cast<float>(u[2][i] - common.z), 0.0f} *
+                     static_cast<float>(u[2][i] - common.z),
+                     moved ? static_cast<float>(kUnitsPerVoxel) : 0.0f} *
               splat(kVoxelsFromUnits);
         }
       }
@@ -71,9 +100,7 @@ DisplacementTile::Injection DisplacementTile::injection(bool with_beyond) const 
   std::array<Bounds, 3> edges;  // of u alone
   const std::array<std::ptrdiff_t, 3> steps = {step_x_, step_y_, step_z_};
   const auto take = [&](const Float4* at, int count, std::size_t axis) {
-    Bounds& bounds = edges[axis];
-    const std::ptrdiff_t step = steps[axis] / static_cast<std::ptrdiff_t>(sizeof(Float4));
-    for (int x = 0; x < count; ++x) bounds.take(at[x + step] - at[x]);
+    take_edges(at, steps[axis] / static_cast<std::ptrdiff_t>(sizeof(Float4)), count, edges[axis]);
   };
   for (int z = 0; z < depth_; ++z) {
     for (int y = 0; y < height_; ++y) {

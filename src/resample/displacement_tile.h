@@ -39,56 +39,14 @@ class DisplacementTile {
   // voxels, that are common to all. Where points lie now is less them too.
   glm::ivec3 common_voxels() const { return common_voxels_; }
 
-  // u at the element (voxels, less what is common); x, y, z counted from the first.
+  // u at the element (voxels, less what is common; fourth lane: 1 where it has moved, else 0); x,
+  // y, z counted from the first.
   const Float4* row(int y, int z) const {
     return &u_[static_cast<std::size_t>((z * height_ + y) * width_)];
   }
   int width() const { return width_; }
   int height() const { return height_; }
   int depth() const { return depth_; }
-
-  // Where points lie now, and how that changes with them. X: from the first element, in voxels.
-  template <int kQuads>
-  struct Map {
-    quads::Floats<kQuads> u;
-    quads::Floats<kQuads> du_dx, du_dy, du_dz;
-    quads::Floats<kQuads> t;   // where in its cell; far away where it is beyond the elements
-    quads::Ints<kQuads> rank;  // of its tetrahedron: how many components of t are larger
-  };
-  template <CellMap kMap, int kQuads>
-  [[gnu::always_inline]] Map<kQuads> at(quads::Floats<kQuads> rest) const {
-    using F = quads::Floats<kQuads>;
-    using I = quads::Ints<kQuads>;
-    const F last = quads::all<kQuads>(last_.x, last_.y, last_.z);
-    const F last_cell = quads::all<kQuads>(last_cell_.x, last_cell_.y, last_cell_.z);
-    const F below_last = rest < last ? rest : last;
-    const F inside = below_last > 0.0f ? below_last : F{};
-    const I base = __builtin_convertvector(inside < last_cell ? inside : last_cell, I);
-    const F t = inside - __builtin_convertvector(base, F);
-    const I strides = __builtin_convertvector(
-        quads::all<kQuads>(1.0f, static_cast<float>(width_), static_cast<float>(width_ * height_)),
-        I);
-    const I cell = quads::sum_ints<kQuads>(base * strides);
-    const char* lowest[kQuads];
-    for (int q = 0; q < kQuads; ++q) {
-      lowest[q] = reinterpret_cast<const char*>(u_.data()) +
-                  static_cast<std::ptrdiff_t>(sizeof(Float4)) * cell[4 * q];
-    }
-    Map<kQuads> map;
-    if constexpr (kMap == CellMap::trilinear) {
-      map = trilinear<kQuads>(lowest, t);
-    } else {
-      map = in_tetrahedron<kQuads>(lowest, t);
-    }
-    // Beyond the elements u changes no more.
-    const F within = inside == rest ? quads::all<kQuads>(1.0f) : F{};
-    map.du_dx *= quads::swizzle<0, 0, 0, kQuads>(within);
-    map.du_dy *= quads::swizzle<1, 1, 1, kQuads>(within);
-    map.du_dz *= quads::swizzle<2, 2, 2, kQuads>(within);
-    constexpr float kFar = 1e6f;
-    map.t = inside == rest ? t : quads::all<kQuads>(kFar);
-    return map;
-  }
 
   // How many components of t are larger than each; of equal ones the first counts as larger.
   template <int kQuads>
@@ -101,80 +59,135 @@ class DisplacementTile {
     return -((next > t) | ((next == t) & next_first)) - ((last > t) | ((last == t) & last_first));
   }
 
- private:
-  // lowest: a cell's corner for each quad.
+  // Where points lie now, and how that changes with them. X: from the first element, in voxels.
   template <int kQuads>
-  [[gnu::always_inline]] Map<kQuads> trilinear(const char* const* lowest,
-                                               quads::Floats<kQuads> t) const {
-    using F = quads::Floats<kQuads>;
-    const F tx = quads::swizzle<0, 0, 0, kQuads>(t);
-    const F ty = quads::swizzle<1, 1, 1, kQuads>(t);
-    const F tz = quads::swizzle<2, 2, 2, kQuads>(t);
-    const F c = quads::load(lowest, 0, F{});
-    const F d = quads::load(lowest, step_y_, F{});
-    const F e = quads::load(lowest, step_z_, F{});
-    const F f = quads::load(lowest, step_z_ + step_y_, F{});
-    const F cx = quads::load(lowest, step_x_, F{}) - c;
-    const F dx = quads::load(lowest, step_y_ + step_x_, F{}) - d;
-    const F ex = quads::load(lowest, step_z_ + step_x_, F{}) - e;
-    const F fx = quads::load(lowest, step_z_ + step_y_ + step_x_, F{}) - f;
-    const F c0 = c + tx * cx;
-    const F e0 = e + tx * ex;
-    const F near_y = d + tx * dx - c0;
-    const F far_y = f + tx * fx - e0;
-    const F near = c0 + ty * near_y;
-    const F across = e0 + ty * far_y - near;
-    const F near_x = cx + ty * (dx - cx);
-    const F far_x = ex + ty * (fx - ex);
-    Map<kQuads> map;
-    map.u = near + tz * across;
-    map.du_dx = near_x + tz * (far_x - near_x);
-    map.du_dy = near_y + tz * (far_y - near_y);
-    map.du_dz = across;
-    return map;
-  }
+  struct Map {
+    quads::Floats<kQuads> u;
+    quads::Floats<kQuads> du_dx, du_dy, du_dz;
+    quads::Floats<kQuads> t;   // where in its cell; far away where it is beyond the elements
+    quads::Ints<kQuads> rank;  // of its tetrahedron: how many components of t are larger
+  };
 
-  // Of the six tetrahedra around the cell's diagonal (Kuhn's) the one that holds t: from the lowest
-  // corner along the axis of the largest component, then of the next, then of the last. So the
-  // derivatives are edges of the cell, as the bounds of injection() are of.
+  // All that a map is made from, where nothing that is written between two of them can change it:
+  // to be made once before a loop. The tile must outlive it.
   template <int kQuads>
-  [[gnu::always_inline]] Map<kQuads> in_tetrahedron(const char* const* lowest,
-                                                    quads::Floats<kQuads> t) const {
+  class Reader {
     using F = quads::Floats<kQuads>;
     using I = quads::Ints<kQuads>;
-    const I steps = __builtin_convertvector(
-        quads::all<kQuads>(static_cast<float>(step_x_), static_cast<float>(step_y_),
-                           static_cast<float>(step_z_)),
-        I);
-    const I of = rank<kQuads>(t);
-    const I to_second = quads::sum_ints<kQuads>(steps & (of == 0));
-    const I to_third = quads::sum_ints<kQuads>(steps & (of <= 1));
-    const char* second[kQuads];
-    const char* third[kQuads];
-    for (int q = 0; q < kQuads; ++q) {
-      second[q] = lowest[q] + to_second[4 * q];
-      third[q] = lowest[q] + to_third[4 * q];
-    }
-    const F a = quads::load(lowest, 0, F{});
-    const F b = quads::load(second, 0, F{});
-    const F c = quads::load(third, 0, F{});
-    const F first = b - a;
-    const F middle = c - b;
-    const F last = quads::load(lowest, step_x_ + step_y_ + step_z_, F{}) - c;
-    const I x = quads::swizzle_ints<0, 0, 0, kQuads>(of);
-    const I y = quads::swizzle_ints<1, 1, 1, kQuads>(of);
-    const I z = quads::swizzle_ints<2, 2, 2, kQuads>(of);
-    Map<kQuads> map;
-    map.du_dx = x == 0 ? first : x == 1 ? middle : last;
-    map.du_dy = y == 0 ? first : y == 1 ? middle : last;
-    map.du_dz = z == 0 ? first : z == 1 ? middle : last;
-    map.u = a + quads::swizzle<0, 0, 0, kQuads>(t) * map.du_dx +
-            quads::swizzle<1, 1, 1, kQuads>(t) * map.du_dy +
-            quads::swizzle<2, 2, 2, kQuads>(t) * map.du_dz;
-    map.rank = of;
-    return map;
-  }
 
+   public:
+    [[gnu::always_inline]] explicit Reader(const DisplacementTile& tile)
+        : u_(reinterpret_cast<const char*>(tile.u_.data())),
+          step_x_(tile.step_x_),
+          step_y_(tile.step_y_),
+          step_z_(tile.step_z_),
+          last_(quads::all<kQuads>(tile.last_.x, tile.last_.y, tile.last_.z)),
+          last_cell_(quads::all<kQuads>(tile.last_cell_.x, tile.last_cell_.y, tile.last_cell_.z)),
+          strides_(quads::all_ints<kQuads>(1, tile.width_, tile.width_ * tile.height_)),
+          steps_(quads::all_ints<kQuads>(static_cast<int>(step_x_), static_cast<int>(step_y_),
+                                         static_cast<int>(step_z_))) {}
+
+    template <CellMap kMap>
+    [[gnu::always_inline]] Map<kQuads> at(F rest) const {
+      const F below_last = rest < last_ ? rest : last_;
+      const F inside = below_last > 0.0f ? below_last : F{};
+      const I base = __builtin_convertvector(inside < last_cell_ ? inside : last_cell_, I);
+      const F t = inside - __builtin_convertvector(base, F);
+      const I cell = quads::sum_ints<kQuads>(base * strides_);
+      const char* lowest[kQuads];
+      for (int q = 0; q < kQuads; ++q) {
+        lowest[q] = u_ + static_cast<std::ptrdiff_t>(sizeof(Float4)) * cell[4 * q];
+      }
+      Map<kQuads> map;
+      if constexpr (kMap == CellMap::trilinear) {
+        map = trilinear(lowest, t);
+      } else {
+        map = in_tetrahedron(lowest, t);
+      }
+      // Beyond the elements u changes no more.
+      const F within = inside == rest ? quads::all<kQuads>(1.0f) : F{};
+      map.du_dx *= quads::swizzle<0, 0, 0, kQuads>(within);
+      map.du_dy *= quads::swizzle<1, 1, 1, kQuads>(within);
+      map.du_dz *= quads::swizzle<2, 2, 2, kQuads>(within);
+      constexpr float kFar = 1e6f;
+      map.t = inside == rest ? t : quads::all<kQuads>(kFar);
+      return map;
+    }
+
+   private:
+    // lowest: a cell's corner for each quad.
+    [[gnu::always_inline]] Map<kQuads> trilinear(const char* const* lowest, F t) const {
+      const F tx = quads::swizzle<0, 0, 0, kQuads>(t);
+      const F ty = quads::swizzle<1, 1, 1, kQuads>(t);
+      const F tz = quads::swizzle<2, 2, 2, kQuads>(t);
+      const F c = quads::load(lowest, 0, F{});
+      const F d = quads::load(lowest, step_y_, F{});
+      const F e = quads::load(lowest, step_z_, F{});
+      const F f = quads::load(lowest, step_z_ + step_y_, F{});
+      const F cx = quads::load(lowest, step_x_, F{}) - c;
+      const F dx = quads::load(lowest, step_y_ + step_x_, F{}) - d;
+      const F ex = quads::load(lowest, step_z_ + step_x_, F{}) - e;
+      const F fx = quads::load(lowest, step_z_ + step_y_ + step_x_, F{}) - f;
+      const F c0 = c + tx * cx;
+      const F e0 = e + tx * ex;
+      const F near_y = d + tx * dx - c0;
+      const F far_y = f + tx * fx - e0;
+      const F near = c0 + ty * near_y;
+      const F across = e0 + ty * far_y - near;
+      const F near_x = cx + ty * (dx - cx);
+      const F far_x = ex + ty * (fx - ex);
+      Map<kQuads> map;
+      map.u = near + tz * across;
+      map.du_dx = near_x + tz * (far_x - near_x);
+      map.du_dy = near_y + tz * (far_y - near_y);
+      map.du_dz = across;
+      return map;
+    }
+
+    // Of the six tetrahedra around the cell's diagonal (Kuhn's) the one that holds t: from the
+    // lowest corner along the axis of the largest component, then of the next, then of the last. So
+    // the derivatives are edges of the cell, as the bounds of injection() are of.
+    [[gnu::always_inline]] Map<kQuads> in_tetrahedron(const char* const* lowest, F t) const {
+      const I of = rank<kQuads>(t);
+      const I to_second = quads::sum_ints<kQuads>(steps_ & (of == 0));
+      const I to_third = quads::sum_ints<kQuads>(steps_ & (of <= 1));
+      const char* second[kQuads];
+      const char* third[kQuads];
+      for (int q = 0; q < kQuads; ++q) {
+        second[q] = lowest[q] + to_second[4 * q];
+        third[q] = lowest[q] + to_third[4 * q];
+      }
+      const F a = quads::load(lowest, 0, F{});
+      const F b = quads::load(second, 0, F{});
+      const F c = quads::load(third, 0, F{});
+      const F first = b - a;
+      const F middle = c - b;
+      const F last = quads::load(lowest, step_x_ + step_y_ + step_z_, F{}) - c;
+      const I x = quads::swizzle_ints<0, 0, 0, kQuads>(of);
+      const I y = quads::swizzle_ints<1, 1, 1, kQuads>(of);
+      const I z = quads::swizzle_ints<2, 2, 2, kQuads>(of);
+      Map<kQuads> map;
+      map.du_dx = x == 0 ? first : x == 1 ? middle : last;
+      map.du_dy = y == 0 ? first : y == 1 ? middle : last;
+      map.du_dz = z == 0 ? first : z == 1 ? middle : last;
+      map.u = a + quads::swizzle<0, 0, 0, kQuads>(t) * map.du_dx +
+              quads::swizzle<1, 1, 1, kQuads>(t) * map.du_dy +
+              quads::swizzle<2, 2, 2, kQuads>(t) * map.du_dz;
+      map.rank = of;
+      return map;
+    }
+
+    const char* u_;
+    std::ptrdiff_t step_x_;
+    std::ptrdiff_t step_y_;
+    std::ptrdiff_t step_z_;
+    F last_;
+    F last_cell_;
+    I strides_;
+    I steps_;
+  };
+
+ private:
   VoxelBox elements_;
   glm::ivec3 common_voxels_{0};
   int width_ = 0;

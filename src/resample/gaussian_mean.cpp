@@ -1,5 +1,6 @@
 #include "resample/gaussian_mean.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <limits>
@@ -25,51 +26,55 @@ namespace {
   return y < kMost ? power * scale : 0.0f;
 }
 
+// What has been taken of a row of means.
+struct Sums {
+  alignas(64) float weights[kBrickEdge];
+  alignas(64) float values[kBrickEdge];
+  alignas(64) float lowest[kBrickEdge];
+  alignas(64) float highest[kBrickEdge];
+};
+
 MAILLE_FOR_SEVERAL_WIDTHS
-void weighted_means(const float (*squared_voxels)[kBrickEdge], const float (*value)[kBrickEdge],
-                    int points, int each, float* mean) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+void take(const float* squared_voxels, const float* value, const float* least, int points,
+          Sums& to) {
   // log2(e) / r^2
   constexpr float kPerSquaredVoxel =
       1.44269504f / (GaussianMean::kRadius_voxels * GaussianMean::kRadius_voxels);
-  float least[kBrickEdge];
-  float weights[kBrickEdge];
-  float sum[kBrickEdge];
-  float lowest[kBrickEdge];
-  float highest[kBrickEdge];
   for (int x = 0; x < points; ++x) {
-    least[x] = squared_voxels[0][x];
-    weights[x] = 0.0f;
-    sum[x] = 0.0f;
-    lowest[x] = kInfinity;
-    highest[x] = -kInfinity;
-  }
-  for (int k = 1; k < each; ++k) {
-    for (int x = 0; x < points; ++x) {
-      least[x] = squared_voxels[k][x] < least[x] ? squared_voxels[k][x] : least[x];
-    }
-  }
-  for (int k = 0; k < each; ++k) {
-    for (int x = 0; x < points; ++x) {
-      const float w = falling_power_of_two((squared_voxels[k][x] - least[x]) * kPerSquaredVoxel);
-      const float v = value[k][x];
-      weights[x] += w;
-      sum[x] += w > 0.0f ? w * v : 0.0f;
-      lowest[x] = (w > 0.0f) & (v < lowest[x]) ? v : lowest[x];
-      highest[x] = (w > 0.0f) & (v > highest[x]) ? v : highest[x];
-    }
-  }
-  for (int x = 0; x < points; ++x) {
-    const float m = sum[x] / weights[x];
-    const float from_below = m < lowest[x] ? lowest[x] : m;
-    mean[x] = from_below > highest[x] ? highest[x] : from_below;
+    const float w = falling_power_of_two((squared_voxels[x] - least[x]) * kPerSquaredVoxel);
+    // No value counts that has no weight, an infinite one among them.
+    const float v = value[x];
+    const float weighted = w * v;
+    const float lowest = to.lowest[x];
+    const float highest = to.highest[x];
+    const float lower = v < lowest ? v : lowest;
+    const float higher = v > highest ? v : highest;
+    to.weights[x] += w;
+    to.values[x] += w > 0.0f ? weighted : 0.0f;
+    to.lowest[x] = w > 0.0f ? lower : lowest;
+    to.highest[x] = w > 0.0f ? higher : highest;
   }
 }
 
 }  // namespace
 
 void GaussianMean::compute(int points, int each) {
-  weighted_means(squared_voxels_, value_, points, each, mean_);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  float least[kBrickEdge];
+  std::copy_n(squared_voxels_[0], points, least);
+  for (int k = 1; k < each; ++k) {
+    for (int x = 0; x < points; ++x) least[x] = std::min(least[x], squared_voxels_[k][x]);
+  }
+  Sums sums;
+  std::fill_n(sums.weights, points, 0.0f);
+  std::fill_n(sums.values, points, 0.0f);
+  std::fill_n(sums.lowest, points, kInfinity);
+  std::fill_n(sums.highest, points, -kInfinity);
+  for (int k = 0; k < each; ++k) take(squared_voxels_[k], value_[k], least, points, sums);
+  for (int x = 0; x < points; ++x) {
+    const float mean = sums.values[x] / sums.weights[x];
+    mean_[x] = std::min(std::max(mean, sums.lowest[x]), sums.highest[x]);
+  }
 }
 
 }  // namespace maille

@@ -5,7 +5,6 @@
 #include "resample/gaussian_mean.h"
 #include "resample/nearest_search.h"
 #include "resample/rest_march.h"
-#include "resample/resting_elements.h"
 #include "resample/row_sampler.h"
 #include "resample/row_writer.h"
 
@@ -90,27 +89,33 @@ class ByMean {
  private:
   void take_neighbours(VoxelIndex element, Float4 here, int x) {
     const VoxelIndex last = tile_.elements().size() - 1;
+    constexpr Float4 kNoSpareLane{1.0f, 1.0f, 1.0f, 0.0f};
     int k = 0;
     for (int z = element.z - 1; z <= element.z + 1; ++z) {
-      for (int y = element.y - 1; y <= element.y + 1; ++y) {
+      for (int y = element.y - 1; y <= element.y + 1; ++y, k += 3) {
         const bool row_there = z >= 0 && z <= last.z && y >= 0 && y <= last.y;
         if (!row_there) {
-          for (int i = 0; i < 3; ++i) mean_.set(x, k++, kNowhere, 0.0f);
+          for (int i = 0; i < 3; ++i) mean_.set(x, k + i, kNowhere, 0.0f);
           continue;
         }
+        const int before = std::max(element.x - 1, 0);
+        const int after = std::min(element.x + 1, last.x);
         const Float4* const u = tile_.row(y, z);
         const T* const values =
             &value_at(values_, tile_.elements().lo + VoxelIndex(0, y, z), size_);
-        const Float4 from = Float4{0.0f, static_cast<float>(y), static_cast<float>(z), 0.0f} - here;
-        for (int e = element.x - 1; e <= element.x + 1; ++e) {
-          if (e < 0 || e > last.x) {
-            mean_.set(x, k++, kNowhere, 0.0f);
-            continue;
-          }
-          const Float4 away = u[e] + (from + Float4{static_cast<float>(e), 0.0f, 0.0f, 0.0f});
-          const Float4 squared = away * away;
-          mean_.set(x, k++, (squared[2] + squared[1]) + squared[0], static_cast<float>(values[e]));
-        }
+        const Float4 from = Float4{static_cast<float>(element.x), static_cast<float>(y),
+                                   static_cast<float>(z), 0.0f} -
+                            here;
+        constexpr Float4 kNext{1.0f, 0.0f, 0.0f, 0.0f};
+        const Float4 a = (u[before] + (from - kNext)) * kNoSpareLane;
+        const Float4 b = (u[element.x] + from) * kNoSpareLane;
+        const Float4 c = (u[after] + (from + kNext)) * kNoSpareLane;
+        const Float4 squared = quads::sums<1>(a * a, b * b, c * c, Float4{});
+        mean_.set(x, k, before < element.x ? squared[0] : kNowhere,
+                  static_cast<float>(values[before]));
+        mean_.set(x, k + 1, squared[1], static_cast<float>(values[element.x]));
+        mean_.set(x, k + 2, after > element.x ? squared[2] : kNowhere,
+                  static_cast<float>(values[after]));
       }
     }
   }
@@ -123,6 +128,17 @@ class ByMean {
   GaussianMean mean_;
 };
 
+// Bit x: voxel x of a row is that of an element at rest. Nothing near is carved.
+std::uint32_t resting(const DisplacementTile& tile, VoxelIndex voxel, int count) {
+  const VoxelIndex first = voxel - tile.elements().lo;
+  if (first.y < 0 || first.y >= tile.height() || first.z < 0 || first.z >= tile.depth()) return 0;
+  const Float4* const u = tile.row(first.y, first.z) + first.x;
+  const int end = std::min(count, tile.width() - first.x);
+  std::uint32_t bits = 0;
+  for (int x = std::max(0, -first.x); x < end; ++x) bits |= std::uint32_t{u[x][3] == 0.0f} << x;
+  return bits;
+}
+
 template <class T, class Values>
 void follow(const Resampling& resampling, RestMarch& march, const VoxelBox& voxels,
             const VoxelTarget& target, ResampleCounts& counts, Values&& values) {
@@ -130,14 +146,14 @@ void follow(const Resampling& resampling, RestMarch& march, const VoxelBox& voxe
   const T background = stored<T>(resampling.background_value);
   const int width = voxels.size().x;
   const std::uint32_t all = first_bits(width);
-  const RestingElements resting(resampling.deformed, voxels);
-  RowSampler sampler(resampling.size(), march.tile().elements());
+  const VoxelBox& elements = march.tile().elements();
+  RowSampler sampler(resampling.size(), elements);
   for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
     for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
       const VoxelIndex first(voxels.lo.x, y, z);
       T* const row = target.at<T>(first);
       const Float4* const rest = march.next_row();
-      const std::uint32_t owned = resting.row(y, z);
+      const std::uint32_t owned = resting(march.tile(), first, width);
       counts.moved_voxels += width - std::popcount(owned);
       if (owned != all) values(sampler, rest, first, width, row);
       for (std::uint32_t left = owned; left != 0; left &= left - 1) {

@@ -9,6 +9,17 @@ namespace maille {
 NearestSearch::NearestSearch(const DisplacementTile& tile,
                              const DisplacementTile::Injection& injection, glm::vec3 spacing_mm)
     : tile_(tile), spacing_mm_{spacing_mm.x, spacing_mm.y, spacing_mm.z, 0.0f} {
+  const VoxelIndex last = tile.elements().size() - 1;
+  const VoxelIndex last_cell = glm::max(last - 1, VoxelIndex(0));
+  for (int c = 0; c < 3; ++c) {
+    last_[c] = static_cast<float>(last[c]);
+    last_cell_[c] = static_cast<float>(last_cell[c]);
+  }
+  for (unsigned k = 0; k < 8; ++k) {
+    const VoxelIndex at = glm::min(VoxelIndex(k & 1u, k >> 1 & 1u, k >> 2), last);
+    for (int c = 0; c < 3; ++c) corner_[k][c] = static_cast<float>(at[c]);
+    offset_[k] = (std::ptrdiff_t{at.z} * tile.height() + at.y) * tile.width() + at.x;
+  }
   // What floats leave open, of the injection and of distances.
   constexpr double kSlack = 1e-4;
   const double share = injection.share + kSlack;
@@ -22,53 +33,77 @@ NearestSearch::NearestSearch(const DisplacementTile& tile,
     row_lengths[c] = glm::length(row);
   }
   const double largest = std::max({row_lengths.x, row_lengths.y, row_lengths.z});
-  reach_ = glm::vec3((row_lengths + share * largest / (1.0 - share)) * (1.0 + kSlack));
+  const auto reach = glm::vec3((row_lengths + share * largest / (1.0 - share)) * (1.0 + kSlack));
+  reach_ = Float4{reach.x, reach.y, reach.z, 0.0f};
   // A point is no further from some corner of its cell than half the diagonal of the cell's bounds.
   const glm::vec3 half_diagonal_mm = 0.5f * injection.largest_cell_voxels * spacing_mm;
-  const glm::vec3 furthest = reach_ * glm::length(half_diagonal_mm);
+  const glm::vec3 furthest = reach * glm::length(half_diagonal_mm);
   within_margin_ = std::max({furthest.x, furthest.y, furthest.z}) < kMargin + 1;
 }
 
 namespace {
 
-float squared_length(Float4 away) {
-  const Float4 squared = away * away;
-  return (squared[2] + squared[1]) + squared[0];
+[[gnu::always_inline]] inline Float4 nearest_whole(Float4 value) {
+  const Float4 one_and_a_half_times_2_to_23 = splat(12582912.0f);
+  return (value + one_and_a_half_times_2_to_23) - one_and_a_half_times_2_to_23;
+}
+
+[[gnu::always_inline]] inline Float4 floor(Float4 value) {
+  const Float4 whole = nearest_whole(value);
+  return whole > value ? whole - 1.0f : whole;
+}
+
+[[gnu::always_inline]] inline Float4 ceil(Float4 value) {
+  const Float4 whole = nearest_whole(value);
+  return whole < value ? whole + 1.0f : whole;
 }
 
 }  // namespace
 
 VoxelIndex NearestSearch::operator()(Float4 now, Float4 rest) const {
-  const VoxelIndex last = tile_.elements().size() - 1;
-  // Most often it is the one that was nearest at rest.
-  VoxelIndex best;
-  for (int c = 0; c < 3; ++c) {
-    best[c] = std::clamp(static_cast<int>(rest[c] + 0.5f), 0, last[c]);
+  // Most often it is one of those around the point at rest: all eight at once, without a branch
+  // that depends on where in its cell the point is.
+  const Float4 inside = least(greatest(rest, Float4{}), last_);
+  const Float4 base = floor(least(inside, last_cell_));
+  const Int4 cell = __builtin_convertvector(base, Int4);
+  const Float4* const u = tile_.row(cell[1], cell[2]) + cell[0];
+  const Float4 from = base - now;
+  Float4 squares[8];
+  for (std::size_t k = 0; k < 8; ++k) {
+    const Float4 away = (u[offset_[k]] + (from + corner_[k])) * spacing_mm_;
+    squares[k] = away * away;
   }
-  const Float4 best_at{static_cast<float>(best.x), static_cast<float>(best.y),
-                       static_cast<float>(best.z), 0.0f};
-  const float guess =
-      squared_length((best_at + tile_.row(best.y, best.z)[best.x] - now) * spacing_mm_);
-  const float distance_mm = std::sqrt(guess);
-  VoxelIndex first;
-  VoxelIndex end;
-  for (int c = 0; c < 3; ++c) {
-    const float reach = reach_[c] * distance_mm;
-    const float lowest = std::max(rest[c] - reach, 0.0f);
-    first[c] = std::min(static_cast<int>(lowest), last[c]);
-    first[c] += static_cast<float>(first[c]) < lowest && first[c] < last[c];
-    end[c] = std::min(static_cast<int>(std::max(rest[c] + reach, 0.0f)), last[c]) + 1;
+  const Float4 near = quads::sums<1>(squares[0], squares[1], squares[2], squares[3]);
+  const Float4 far = quads::sums<1>(squares[4], squares[5], squares[6], squares[7]);
+  int corner = 0;
+  float least_squared = near[0];
+  for (int k = 1; k < 8; ++k) {
+    const float squared = k < 4 ? near[k] : far[k - 4];
+    corner = squared < least_squared ? k : corner;
+    least_squared = squared < least_squared ? squared : least_squared;
   }
-  float least = std::numeric_limits<float>::infinity();
-  for (int z = first.z; z < end.z; ++z) {
-    for (int y = first.y; y < end.y; ++y) {
+  const Float4 reach = reach_ * splat(std::sqrt(least_squared));
+  const Float4 lowest = ceil(least(greatest(rest - reach, Float4{}), last_));
+  const Float4 highest = floor(least(greatest(rest + reach, Float4{}), last_));
+  const Int4 further = (lowest < base) | (highest > base + 1.0f);
+  if ((further[0] | further[1] | further[2]) == 0) {
+    return {cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)};
+  }
+  return among(now, __builtin_convertvector(lowest, Int4), __builtin_convertvector(highest, Int4));
+}
+
+VoxelIndex NearestSearch::among(Float4 now, Int4 first, Int4 last) const {
+  VoxelIndex best(0);
+  float least_squared = std::numeric_limits<float>::infinity();
+  for (int z = first[2]; z <= last[2]; ++z) {
+    for (int y = first[1]; y <= last[1]; ++y) {
       const Float4* const u = tile_.row(y, z);
       const Float4 row = Float4{0.0f, static_cast<float>(y), static_cast<float>(z), 0.0f} - now;
-      for (int x = first.x; x < end.x; ++x) {
-        const Float4 away = u[x] + (row + Float4{static_cast<float>(x), 0.0f, 0.0f, 0.0f});
-        const float distance = squared_length(away * spacing_mm_);
-        if (distance < least) {
-          least = distance;
+      for (int x = first[0]; x <= last[0]; ++x) {
+        const Float4 away = (u[x] + (row + Float4{static_cast<float>(x), 0, 0, 0})) * spacing_mm_;
+        const float squared = quads::sums<1>(away * away, Float4{}, Float4{}, Float4{})[0];
+        if (squared < least_squared) {
+          least_squared = squared;
           best = {x, y, z};
         }
       }

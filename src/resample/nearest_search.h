@@ -12,6 +12,8 @@
 // That holds for every lattice with an injection, not only for smooth ones: it is not a guess.
 #pragma once
 
+#include <array>
+
 #include "resample/displacement_tile.h"
 
 namespace maille {
@@ -32,9 +34,16 @@ class NearestSearch {
   VoxelIndex operator()(Float4 now, Float4 rest) const;
 
  private:
+  using Int4 = quads::Ints<1>;
+  VoxelIndex among(Float4 now, Int4 first, Int4 last) const;
+
   const DisplacementTile& tile_;
   Float4 spacing_mm_;
-  glm::vec3 reach_{0};  // voxels at rest for each mm of distance
+  Float4 last_{};                   // of the tile's elements
+  Float4 last_cell_{};              // its lowest corner
+  std::array<Float4, 8> corner_{};  // from the lowest; where there is one layer only, itself
+  std::array<std::ptrdiff_t, 8> offset_{};  // the same, in the tile
+  Float4 reach_{};                          // voxels at rest for each mm of distance
   bool within_margin_ = false;
 };
 

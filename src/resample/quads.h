@@ -39,6 +39,13 @@ template <int... kLane>
   const float from[4] = {x, y, z, 0.0f};
   return Floats<static_cast<int>(sizeof...(kLane)) / 4>{from[kLane % 4]...};
 }
+// Two lanes of each from kFirst on, of one and the other in turn.
+template <int kFirst, int... kLane>
+[[gnu::always_inline]] constexpr auto in_turn(std::integer_sequence<int, kLane...>) {
+  constexpr int kLanes = static_cast<int>(sizeof...(kLane));
+  return Ints<kLanes / 4>{
+      (kLane / 4 * 4 + kFirst + kLane % 4 / 2 + (kLane % 2 == 0 ? 0 : kLanes))...};
+}
 }  // namespace detail
 
 template <int kQuads>
@@ -48,6 +55,16 @@ using Lanes = std::make_integer_sequence<int, 4 * kQuads>;
 template <int kQuads>
 [[gnu::always_inline]] inline Floats<kQuads> all(float x, float y, float z) {
   return detail::repeated(x, y, z, Lanes<kQuads>());
+}
+template <int kQuads>
+[[gnu::always_inline]] inline Ints<kQuads> all_ints(int x, int y, int z) {
+  Ints<kQuads> v{};
+  for (int q = 0; q < kQuads; ++q) {
+    v[4 * q] = x;
+    v[4 * q + 1] = y;
+    v[4 * q + 2] = z;
+  }
+  return v;
 }
 template <int kQuads>
 [[gnu::always_inline]] inline Floats<kQuads> all(float value) {
@@ -64,16 +81,24 @@ template <int kX, int kY, int kZ, int kQuads>
   return __builtin_shuffle(v, detail::order<kX, kY, kZ>(Lanes<kQuads>()));
 }
 
+template <int kFirst, int kQuads>
+[[gnu::always_inline]] inline Floats<kQuads> interleaved(Floats<kQuads> a, Floats<kQuads> b) {
+  return __builtin_shuffle(a, b, detail::in_turn<kFirst>(Lanes<kQuads>()));
+}
+
 template <int kQuads>
 [[gnu::always_inline]] inline Floats<kQuads> cross(Floats<kQuads> a, Floats<kQuads> b) {
   const Floats<kQuads> c = a * swizzle<1, 2, 0, kQuads>(b) - swizzle<1, 2, 0, kQuads>(a) * b;
   return swizzle<1, 2, 0, kQuads>(c);
 }
-// In all three lanes of each, up to the order of the sum.
+// The sums of the lanes of four vectors, as the lanes of one.
 template <int kQuads>
-[[gnu::always_inline]] inline Floats<kQuads> dot(Floats<kQuads> a, Floats<kQuads> b) {
-  const Floats<kQuads> p = a * b;
-  return p + swizzle<1, 2, 0, kQuads>(p) + swizzle<2, 0, 1, kQuads>(p);
+[[gnu::always_inline]] inline Floats<kQuads> sums(Floats<kQuads> a, Floats<kQuads> b,
+                                                  Floats<kQuads> c, Floats<kQuads> d) {
+  using F = Floats<kQuads>;
+  const F ac = interleaved<0, kQuads>(a, c) + interleaved<2, kQuads>(a, c);
+  const F bd = interleaved<0, kQuads>(b, d) + interleaved<2, kQuads>(b, d);
+  return interleaved<0, kQuads>(ac, bd) + interleaved<2, kQuads>(ac, bd);
 }
 template <int kQuads>
 [[gnu::always_inline]] inline Ints<kQuads> sum_ints(Ints<kQuads> v) {

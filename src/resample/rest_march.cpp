@@ -32,11 +32,11 @@ struct LastSteps {
 
 // One step of Newton's for as many voxels as a register holds; says which of them are there then.
 template <CellMap kMap, int kQuads>
-[[gnu::always_inline]] inline Ints<kQuads> newton_step(const DisplacementTile& tile,
+[[gnu::always_inline]] inline Ints<kQuads> newton_step(const DisplacementTile::Reader<kQuads>& tile,
                                                        const LastSteps& last, Floats<kQuads> target,
                                                        Floats<kQuads>& rest) {
   using F = Floats<kQuads>;
-  const auto map = tile.at<kMap, kQuads>(rest);
+  const auto map = tile.template at<kMap>(rest);
   const F x = map.du_dx + all<kQuads>(1.0f, 0.0f, 0.0f);
   const F y = map.du_dy + all<kQuads>(0.0f, 1.0f, 0.0f);
   const F z = map.du_dz + all<kQuads>(0.0f, 0.0f, 1.0f);
@@ -44,10 +44,9 @@ template <CellMap kMap, int kQuads>
   const F yz = quads::cross<kQuads>(y, z);
   const F zx = quads::cross<kQuads>(z, x);
   const F xy = quads::cross<kQuads>(x, y);
-  const F unscaled = quads::dot<kQuads>(off, yz) * all<kQuads>(1.0f, 0.0f, 0.0f) +
-                     quads::dot<kQuads>(off, zx) * all<kQuads>(0.0f, 1.0f, 0.0f) +
-                     quads::dot<kQuads>(off, xy) * all<kQuads>(0.0f, 0.0f, 1.0f);
-  const F whole = unscaled / quads::dot<kQuads>(x, yz);
+  // By Cramer's rule, the determinant in the spare lane.
+  const F unscaled = quads::sums<kQuads>(off * yz, off * zx, off * xy, x * yz);
+  const F whole = unscaled / quads::swizzle<3, 3, 3, kQuads>(unscaled);
   const F length = quads::largest<kQuads>(whole);
   const F longest = all<kQuads>(kLongestStep_voxels);
   const F from_below = whole > -longest ? whole : -longest;
@@ -58,7 +57,7 @@ template <CellMap kMap, int kQuads>
   const Ints<kQuads> same_cell = within & quads::swizzle_ints<1, 2, 0, kQuads>(within) &
                                  quads::swizzle_ints<2, 0, 1, kQuads>(within);
   if constexpr (kMap == CellMap::tetrahedra) {
-    const Ints<kQuads> same_rank = tile.rank<kQuads>(t) == map.rank;
+    const Ints<kQuads> same_rank = DisplacementTile::rank<kQuads>(t) == map.rank;
     const Ints<kQuads> same = same_cell & same_rank &
                               quads::swizzle_ints<1, 2, 0, kQuads>(same_rank) &
                               quads::swizzle_ints<2, 0, 1, kQuads>(same_rank);
@@ -73,9 +72,10 @@ template <CellMap kMap>
 Float4 by_contraction(const DisplacementTile& tile, const glm::mat3& inverse, Float4 target) {
   constexpr int kMost = 400;
   constexpr float kLast_voxels = 2e-5f;
+  const DisplacementTile::Reader<1> reader(tile);
   Float4 rest = target;
   for (int i = 0; i < kMost; ++i) {
-    const Float4 off = target - (rest + tile.at<kMap, 1>(rest).u);
+    const Float4 off = target - (rest + reader.at<kMap>(rest).u);
     const glm::vec3 step = inverse * glm::vec3(off[0], off[1], off[2]);
     rest += Float4{step.x, step.y, step.z, 0.0f};
     if (std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z)}) <= kLast_voxels) break;
@@ -83,19 +83,34 @@ Float4 by_contraction(const DisplacementTile& tile, const glm::mat3& inverse, Fl
   return rest;
 }
 
-// rest: where to start from, then the answer. Step by step for all that are not there yet, so that
-// many are under way at a time and nothing waits for one to be done.
+// rest: where to start from, then the answer; there may be as many more after `count` as a register
+// holds. Step by step for all that are not there yet, so that many are under way at a time and
+// nothing waits for one to be done: after the first step that is few.
 template <CellMap kMap, int kQuads>
 [[gnu::always_inline]] inline void march_row(const DisplacementTile& tile, const LastSteps& last,
                                              const glm::mat3& inverse, Float4 first, int count,
                                              Float4* rest) {
   using F = Floats<kQuads>;
+  const DisplacementTile::Reader<kQuads> reader(tile);
   const F first_target = all<kQuads>(first[0], first[1], first[2]);
   // Those that are not there yet, and the last one again to fill a register.
   std::int32_t waiting[kBrickEdge + kQuads];
   int left = 0;
-  for (int x = 0; x < count; ++x) waiting[left++] = x;
-  for (int i = 0; i < kMostSteps && left > 0; ++i) {
+  F along_row{};
+  for (int q = 0; q < kQuads; ++q) along_row[4 * q] = static_cast<float>(q);
+  for (int x = 0; x < count; x += kQuads) {
+    F next;
+    __builtin_memcpy(&next, rest + x, sizeof next);
+    const Ints<kQuads> there =
+        newton_step<kMap, kQuads>(reader, last, first_target + along_row, next);
+    __builtin_memcpy(rest + x, &next, sizeof next);
+    along_row += all<kQuads>(static_cast<float>(kQuads), 0.0f, 0.0f);
+    for (int q = 0; q < kQuads; ++q) {
+      waiting[left] = x + q;
+      left += x + q < count && there[4 * q] == 0;
+    }
+  }
+  for (int i = 1; i < kMostSteps && left > 0; ++i) {
     for (int q = 0; q < kQuads; ++q) waiting[left + q] = waiting[left - 1];
     const int before = left;
     left = 0;
@@ -108,7 +123,7 @@ template <CellMap kMap, int kQuads>
       }
       F next = quads::load(from, 0, F{});
       const Ints<kQuads> there =
-          newton_step<kMap, kQuads>(tile, last, first_target + along_x, next);
+          newton_step<kMap, kQuads>(reader, last, first_target + along_x, next);
       Float4 parts[kQuads];
       __builtin_memcpy(parts, &next, sizeof next);
       for (int q = 0; q < kQuads; ++q) {
@@ -155,7 +170,8 @@ RestMarch::RestMarch(const DisplacementTile& tile, const DisplacementTile::Injec
   const glm::vec3 first(voxels.lo - tile.elements().lo - tile.common_voxels());
   first_ = Float4{first.x, first.y, first.z, 0.0f};
   const auto count = static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(extent_.y);
-  for (auto& plane : planes_) plane.resize(count);
+  // And what fills the last register.
+  for (auto& plane : planes_) plane.resize(count + 1);
 }
 
 const Float4* RestMarch::next_row() {

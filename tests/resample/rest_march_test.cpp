@@ -77,9 +77,9 @@ TEST(DisplacementTile, MapIsTheLatticesOwnAndSoAreItsDerivatives) {
       rest[c] = std::uniform_real_distribution<double>(first[c], kSize[c] - 1)(random);
     }
     const glm::dvec3 local = rest - glm::dvec3(first);
-    const auto map = tile.at<CellMap::trilinear, 1>(Float4{static_cast<float>(local.x),
-                                                           static_cast<float>(local.y),
-                                                           static_cast<float>(local.z), 0.0f});
+    const auto map = DisplacementTile::Reader<1>(tile).at<CellMap::trilinear>(
+        Float4{static_cast<float>(local.x), static_cast<float>(local.y),
+               static_cast<float>(local.z), 0.0f});
     const glm::dvec3 u = displacement(lattice, rest);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.u[c] + tile.common_voxels()[c], u[c], 1e-4);
     const Float4 columns[3] = {map.du_dx, map.du_dy, map.du_dz};
@@ -106,7 +106,7 @@ TEST(DisplacementTile, InTetrahedraTheDerivativesAreEdgesOfTheCell) {
       // Equal components too, where tetrahedra meet.
       rest[c] = std::uniform_int_distribution<int>(0, 4 * (kSize[c] - 1))(random) / 4.0;
     }
-    const auto map = tile.at<CellMap::tetrahedra, 1>(Float4{
+    const auto map = DisplacementTile::Reader<1>(tile).at<CellMap::tetrahedra>(Float4{
         static_cast<float>(rest.x), static_cast<float>(rest.y), static_cast<float>(rest.z), 0.0f});
     const glm::dvec3 u = displacement(lattice, rest, CellMap::tetrahedra);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(map.u[c] + tile.common_voxels()[c], u[c], 1e-4);
