@@ -231,7 +231,7 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
   add_output(speed);
   auto& error =
       *command.add_subcommand("error", "Run time against error, beside other ways to do the same");
-  error.add_option("--stage", o.stage, "Of the deformation: chainmail or relaxation")
+  error.add_option("--stage", o.stage, "Of the deformation: chainmail, relaxation or resample")
       ->required()
       ->type_name("STAGE");
   error.add_option("--elements", o.elements, "relaxation: of its scenes (default 100000 2000000)")
@@ -239,6 +239,9 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
       ->type_name("N");
   error.add_option("--head", o.head, "relaxation: a CT scan whose nose is pulled, facing -y")
       ->type_name("VOLUME");
+  error.add_option("--edge", o.volume_edge, "resample: of its volumes, voxels (default 128)")
+      ->check(CLI::Range(32, 192).description(""))
+      ->type_name("N");
   add_output(error);
   auto& stability = *command.add_subcommand(
       "stability",

@@ -73,6 +73,7 @@ struct MeasureOptions {
   std::filesystem::path head;          // a scan with a nose; empty: the built-in head
   std::vector<std::string> groups;     // of measure stability; empty: all
   int edge = 12;                       // of its blocks, voxels
+  std::optional<int> volume_edge;      // of the volumes of measure error; none: 128
   std::filesystem::path output;
 };
 

@@ -5,6 +5,7 @@
 #include "measure/chainmail_error_page.h"
 #include "measure/page.h"
 #include "measure/relaxation_error_page.h"
+#include "measure/resample_error_page.h"
 #include "measure/speed_page.h"
 #include "measure/stability_page.h"
 
@@ -42,21 +43,27 @@ Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOption
 }
 
 Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global) {
-  if (options.stage != "chainmail" && options.stage != "relaxation") {
-    return Error{
-        ErrorKind::usage,
-        "--stage: expected a stage that has a page, chainmail or relaxation, got " + options.stage};
+  const std::string& stage = options.stage;
+  if (stage != "chainmail" && stage != "relaxation" && stage != "resample") {
+    return Error{ErrorKind::usage,
+                 "--stage: expected a stage that has a page, chainmail, relaxation or resample, "
+                 "got " +
+                     stage};
   }
-  if (options.stage == "chainmail" && (!options.elements.empty() || !options.head.empty())) {
+  if (stage != "relaxation" && (!options.elements.empty() || !options.head.empty())) {
     return Error{
         ErrorKind::usage,
         "--elements and --head: expected with --stage relaxation only, its scenes are what "
         "they choose"};
   }
+  if (stage != "resample" && options.volume_edge) {
+    return Error{ErrorKind::usage,
+                 "--edge: expected with --stage resample only, its volumes are what it chooses"};
+  }
   if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
   Progress progress(!global.quiet);
   const auto show = [&](const std::string& line) { progress.show(line); };
-  if (options.stage == "chainmail") {
+  if (stage == "chainmail") {
     ChainMailErrorOptions error;
     error.threads = thread_counts(global);
     error.seed = global.seed;
@@ -65,6 +72,15 @@ Result<void> run_measure_error(const MeasureOptions& options, const GlobalOption
     progress.clear();
     if (!report) return report.error();
     return hand_over(page_of(*report), options, "error_chainmail", global);
+  }
+  if (stage == "resample") {
+    ResampleErrorOptions error;
+    error.threads = thread_counts(global);
+    if (options.volume_edge) error.edge = *options.volume_edge;
+    error.progress = show;
+    const ResampleError report = measure_resample_error(error);
+    progress.clear();
+    return hand_over(page_of(report), options, "error_resample", global);
   }
   RelaxationErrorOptions error;
   error.threads = thread_counts(global);

@@ -74,7 +74,11 @@ TEST(CommandLine, MeasureRefusesBeforeItWorks) {
   expect_refused({"measure", "error", "--stage", "chainmail", "--elements", "5000", "-o", out}, 2);
   expect_refused({"measure", "error", "--stage", "chainmail", "--head", "h.nrrd", "-o", out}, 2);
   expect_refused({"measure", "error", "--stage", "relaxation", "--elements", "10", "-o", out}, 2);
-  EXPECT_NE(run_maille({"measure", "error", "--stage", "render", "-o", out}).err.find("chainmail"),
+  expect_refused({"measure", "error", "--stage", "resample", "--elements", "5000", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "resample", "--edge", "16", "-o", out}, 2);
+  expect_refused({"measure", "error", "--stage", "relaxation", "--edge", "64", "-o", out}, 2);
+  EXPECT_NE(run_maille({"measure", "error", "--stage", "render", "-o", out})
+                .err.find("chainmail, relaxation or resample"),
             std::string::npos);
   expect_refused({"measure", "speed", "-o", out, "more"}, 2);
   expect_refused({"measure", "stability"}, 2);

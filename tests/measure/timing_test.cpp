@@ -18,6 +18,18 @@ TEST(Timing, MedianAndRange) {
   EXPECT_EQ(timing_of({5}).median_seconds, 5);
 }
 
+TEST(Timing, NoMoreRunsThanThereIsTimeFor) {
+  const auto runs = [](const RunLimit& limit, double each) {
+    return seconds_of_runs(limit, [&] { return each; }).size();
+  };
+  EXPECT_EQ(runs({7, 3.0}, 0.25), 7u);
+  EXPECT_EQ(runs({7, 3.0}, 1.0), 3u);
+  EXPECT_EQ(runs({7, 3.0}, 0.75), 4u);
+  EXPECT_EQ(runs({7, 3.0}, 10.0), 1u);
+  EXPECT_EQ(runs({7, 3.0, 3}, 10.0), 3u);
+  EXPECT_EQ(runs({1, 3.0}, 0.25), 1u);
+}
+
 TEST(Timing, Percentile) {
   std::vector<double> values;
   for (int i = 100; i > 0; --i) values.push_back(i);
