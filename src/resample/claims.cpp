@@ -12,7 +12,6 @@ std::int64_t BrickClaims::open(const DeformedVolume& volume, const VoxelBox& vox
   const RestingElements resting(volume, voxels);
   const CutBrick* const cuts_here = volume.cuts_at(voxels.lo);
   cut.clear();
-  beside_fold.clear();
   if (cuts_here) cut.assign(count, 0);
   std::int64_t open = 0;
   std::size_t i = 0;

@@ -13,27 +13,21 @@ namespace maille {
 
 // How far outside of a cell a point still counts as inside.
 inline constexpr float kInside_cells = 1e-4f;
-// Neighbouring cells share bent faces; where one is taken as its tetrahedra a sliver may belong to
-// neither. The nearest miss within this share of a cell takes such a voxel.
+// Neighbouring cells share their faces. But an octant's bent face and a tetrahedron's flat one may
+// leave a sliver between them: an octant's nearest miss within this share of it takes what is
+// there.
 inline constexpr float kNearMiss_cells = 0.25f;
 
-// Cells look for voxels up to three times: the later times only for those that none holds.
+// Cells look for voxels twice.
 enum class ClaimPass {
-  inside,        // of half open bounds: most voxels are looked at once
-  near_folds,    // of what rounding left out, and near misses of cells that stand in for a fold
-  beside_folds,  // near misses of all cells, in the bounds of those
+  inside,    // of half open bounds: most voxels are looked at once
+  left_out,  // what rounding and slivers left out
 };
 
 // Every miss scores above every hit.
 inline constexpr float kMissPenalty = 1e20f;
 // A point this close to an element takes its value unmixed, so that whole-voxel shifts copy.
-inline constexpr float kOnElement_cells = 1e-5f;
-
-inline float margin_of(ClaimPass pass, bool stands_in) {
-  const bool near_misses =
-      pass == ClaimPass::beside_folds || (pass == ClaimPass::near_folds && stands_in);
-  return near_misses ? kNearMiss_cells : kInside_cells;
-}
+inline constexpr float kOnElement_cells = 4e-5f;
 
 struct Claim {
   float score;           // squared distance to the element in mm, or a penalty: the least wins
@@ -79,15 +73,9 @@ struct BrickClaims {
     in_octant = 2,    // claimed by an octant of a cut cell
   };
   std::vector<std::uint8_t> cut;
-  // Whether a voxel lies in the bounds of a cell that stands in for a fold, as far as it was asked
-  // for.
-  std::vector<std::uint8_t> beside_fold;
 
   bool is_open(std::size_t voxel, ClaimPass pass) const {
-    if (score[voxel] == kOwned) return false;
-    if (pass == ClaimPass::inside) return true;
-    if (score[voxel] < kMissPenalty) return false;
-    return pass == ClaimPass::near_folds || beside_fold[voxel] != 0;
+    return score[voxel] != kOwned && (pass == ClaimPass::inside || score[voxel] >= kMissPenalty);
   }
   static constexpr float kUncovered = std::numeric_limits<float>::infinity();
   static constexpr float kOwned = -1.0f;  // by an element at rest: no claim beats it

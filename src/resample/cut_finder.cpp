@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "resample/cell_inverse.h"
 #include "resample/corner_planes.h"
 #include "resample/cut_cell.h"
 
@@ -52,11 +53,6 @@ class Octants {
 
   bool there(unsigned corner) const { return !links_.carved(corner); }
 
-  // Flat faces, its own or of whole cells, meet bent ones.
-  bool leaves_slivers(const CellInverse& inverse) const {
-    return inverse.stands_in() || volume_.cell_map == CellMap::tetrahedra;
-  }
-
   // Turned as the cell is: lower end first along each axis.
   DeformedCell shape(unsigned corner) const {
     DeformedCell octant;
@@ -66,27 +62,36 @@ class Octants {
 
   std::optional<Claim> claim(unsigned corner, const CellInverse& inverse, glm::vec3 point,
                              ClaimPass pass) const {
-    auto t = inverse(point, margin_of(pass, leaves_slivers(inverse)));
-    if (!t || beyond_end(corner, *t)) return std::nullopt;
+    const bool slivers = pass == ClaimPass::left_out && volume_.cell_map == CellMap::tetrahedra;
+    std::optional<Claim> best;
+    inverse.for_each_answer(point, slivers ? kNearMiss_cells : kInside_cells, [&](glm::vec3 t) {
+      if (beyond_end(corner, t)) return;
+      const Claim claim = claim_at(corner, t, point);
+      if (!best || claim.beats(best->score, best->element)) best = claim;
+    });
+    return best;
+  }
+
+ private:
+  Claim claim_at(unsigned corner, glm::vec3 t, glm::vec3 point) const {
     unsigned own = corner;  // where the element is, if this corner stands in for it
     for (int c = 0; c < 3; ++c) {
       const bool upper = (corner >> c & 1) != 0;
-      float& s = (*t)[c];
+      float& s = t[c];
       const float at_element = upper ? 1.0f : 0.0f;
       if (std::abs(s - at_element) < kOnElement_cells) s = at_element;
       if (base_[c] < 0) own |= 1u << c;
       if (base_[c] == volume_.size()[c] - 1) own &= ~(1u << c);
     }
-    const glm::vec3 inside = glm::clamp(*t, 0.0f, 1.0f);
+    const glm::vec3 inside = glm::clamp(t, 0.0f, 1.0f);
     const glm::vec3 in_cell(0.5f * (inside.x + static_cast<float>(corner & 1)),
                             0.5f * (inside.y + static_cast<float>(corner >> 1 & 1)),
                             0.5f * (inside.z + static_cast<float>(corner >> 2)));
-    return Claim{score_of(*t, cell_.corner[own], point, volume_),
-                 linear_index(links_.element(corner), volume_.size()),
-                 rest_in_cell(base_, in_cell, volume_.size())};
+    return {score_of(t, cell_.corner[own], point, volume_),
+            linear_index(links_.element(corner), volume_.size()),
+            rest_in_cell(base_, in_cell, volume_.size())};
   }
 
- private:
   Float4 rest(unsigned corner) const {
     return Float4{corner & 1 ? upper_[0] : lower_[0], corner & 2 ? upper_[1] : lower_[1],
                   corner & 4 ? upper_[2] : lower_[2], 0.0f};
@@ -142,9 +147,6 @@ void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& c
     for_each_voxel(voxels, extent, [&](std::size_t i, glm::vec3 point) {
       if (!claims.is_open(i, pass)) return;
       if (!inverse) inverse.emplace(shape, CellMap::trilinear);
-      if (pass == ClaimPass::near_folds && octants.leaves_slivers(*inverse)) {
-        claims.beside_fold[i] = 1;
-      }
       const auto claim = octants.claim(corner, *inverse, point, pass);
       if (claim && claims.take(i, *claim)) claims.cut[i] |= BrickClaims::in_octant;
     });
@@ -174,15 +176,14 @@ void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& clai
 }
 
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
-                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, ClaimPass pass,
-                               bool& beside_fold) {
+                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point,
+                               ClaimPass pass) {
   const Octants octants(volume, cell, base, origin);
   std::optional<Claim> best;
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (!octants.there(corner)) continue;
     const DeformedCell shape = octants.shape(corner);
     const CellInverse inverse(shape, CellMap::trilinear);
-    beside_fold = beside_fold || octants.leaves_slivers(inverse);
     const auto claim = octants.claim(corner, inverse, point, pass);
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   }

@@ -13,10 +13,8 @@ namespace maille {
 // the voxels that a cut may have left with nothing.
 void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, ClaimPass pass);
 
-// The best claim of a cut cell's octants to a point. Positions are relative to origin. beside_fold
-// becomes true where near misses may be needed.
+// The best claim of a cut cell's octants to a point. Positions are relative to origin.
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
-                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, ClaimPass pass,
-                               bool& beside_fold);
+                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, ClaimPass pass);
 
 }  // namespace maille

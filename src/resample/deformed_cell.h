@@ -6,7 +6,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 
 #include "core/spaces.h"
 
@@ -33,32 +32,6 @@ struct DeformedCell {
 
   // Whether the map turns inside out at a corner.
   bool folded() const;
-};
-
-// The inverse of a cell's map, made once for all points asked of it. The cell must outlive it.
-class CellInverse {
- public:
-  CellInverse(const DeformedCell& cell, CellMap map);
-
-  // Whether the cell is taken as its tetrahedra where the map says trilinear: there is no one
-  // answer in a folded one, and where their faces meet bent ones a point may be in neither cell.
-  bool stands_in() const { return stands_in_; }
-
-  // The t whose x(t) is the point, which may lie outside of [0,1]^3 by up to `margin` (below 1/2).
-  // Of the trilinear map by Newton's method. nullopt: not in this cell.
-  std::optional<glm::vec3> operator()(glm::vec3 point, float margin) const;
-
- private:
-  std::optional<glm::vec3> by_newton(glm::vec3 point, glm::vec3 start) const;
-  std::optional<glm::vec3> by_tetrahedra(glm::vec3 point, float margin) const;
-
-  const DeformedCell& cell_;
-  Float4 constant_, x_, y_, z_, xy_, yz_, xz_, xyz_;  // coefficients of the trilinear map
-  glm::vec3 center_;
-  glm::mat3 t_from_x_;   // inverse Jacobian in the middle
-  float bend_;           // how far, in t, the map may stray from its linear part inside the cell
-  bool newton_ = false;  // trilinear, neither folded nor flat
-  bool stands_in_ = false;
 };
 
 }  // namespace maille

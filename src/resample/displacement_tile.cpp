@@ -125,12 +125,10 @@ DisplacementTile::Injection DisplacementTile::injection(bool with_beyond) const 
     return {std::numeric_limits<double>::infinity()};
   }
   const glm::dmat3 inverse = glm::inverse(middle);
-  Injection injection{0.0, glm::mat3(inverse), glm::vec3(0)};
+  const glm::dmat3 sizes(glm::abs(inverse[0]), glm::abs(inverse[1]), glm::abs(inverse[2]));
+  Injection injection{0.0, glm::mat3(inverse), sizes * away, glm::vec3(0)};
   for (int c = 0; c < 3; ++c) {
-    double sum = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int k = 0; k < 3; ++k) sum += std::abs(inverse[k][c]) * away[axis][k];
-    }
+    const double sum = injection.spread[0][c] + injection.spread[1][c] + injection.spread[2][c];
     injection.share = std::max(injection.share, sum);
     double extent = 0.0;
     for (int axis = 0; axis < 3; ++axis) extent += std::abs(middle[axis][c]) + away[axis][c];

@@ -30,7 +30,10 @@ class DisplacementTile {
   // `with_beyond` says so.
   struct Injection {
     double share = 0.0;
-    glm::mat3 inverse{1.0f};           // d X / d x
+    glm::mat3 inverse{1.0f};  // d X / d x
+    // |inverse (x(X) - x(Y)) - (X - Y)| <= spread |X - Y|, component by component; its rows' sums
+    // are at most the share.
+    glm::dmat3 spread{0.0};
     glm::vec3 largest_cell_voxels{1};  // no cell's bounds are larger
   };
   Injection injection(bool with_beyond) const;

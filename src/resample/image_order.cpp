@@ -179,16 +179,24 @@ bool resample_in_image_order(const Resampling& resampling, const Sight& sight,
   const DeformedVolume& deformed = resampling.deformed;
   const bool by_nearest =
       resampling.method == ResampleMethod::nearest || resampling.method == ResampleMethod::rbf;
-  // The mean takes the neighbours of what was found too.
-  const int margin = !by_nearest                                ? 0
-                     : resampling.method == ResampleMethod::rbf ? NearestSearch::kMargin + 1
-                                                                : NearestSearch::kMargin;
-  auto march = march_through(sight, voxels, margin);
-  if (!march) return false;
+  std::optional<RestMarch> march;
   std::optional<NearestSearch> nearest;
-  if (by_nearest) {
-    nearest.emplace(march->tile(), march->injection(), deformed.spacing_mm);
-    if (!nearest->within_margin()) return false;
+  if (!by_nearest) {
+    march = march_through(sight, voxels);
+    if (!march) return false;
+  } else {
+    // What is nearest may have cells that hold none of the voxels.
+    int around = NearestSearch::kUsuallyAround_voxels;
+    for (int last = 0; around > last;) {
+      if (around > Sight::kAround_voxels) return false;
+      // The mean takes the neighbours of what was found too.
+      const int more = resampling.method == ResampleMethod::rbf ? 1 : 0;
+      march = march_through(sight, voxels, {around, more});
+      if (!march) return false;
+      nearest.emplace(march->tile(), march->injection(), deformed.spacing_mm);
+      last = around;
+      around = std::max(around, nearest->around_voxels());
+    }
   }
   with_voxel_type(resampling.volume.type(), [&]<class T>() {
     const auto by = [&](auto&& values) {

@@ -32,13 +32,14 @@ NearestSearch::NearestSearch(const DisplacementTile& tile,
     }
     row_lengths[c] = glm::length(row);
   }
-  const double largest = std::max({row_lengths.x, row_lengths.y, row_lengths.z});
-  const auto reach = glm::vec3((row_lengths + share * largest / (1.0 - share)) * (1.0 + kSlack));
+  const glm::dmat3 left = glm::dmat3(1.0) - (1.0 + kSlack) * injection.spread;
+  const auto reach = glm::vec3(glm::inverse(left) * row_lengths * (1.0 + kSlack));
   reach_ = Float4{reach.x, reach.y, reach.z, 0.0f};
   // A point is no further from some corner of its cell than half the diagonal of the cell's bounds.
-  const glm::vec3 half_diagonal_mm = 0.5f * injection.largest_cell_voxels * spacing_mm;
-  const glm::vec3 furthest = reach * glm::length(half_diagonal_mm);
-  within_margin_ = std::max({furthest.x, furthest.y, furthest.z}) < kMargin + 1;
+  const float furthest_mm = glm::length(0.5f * injection.largest_cell_voxels * spacing_mm);
+  const float most = furthest_mm / std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z});
+  constexpr float kMost = 1e6f;
+  around_voxels_ = static_cast<int>(std::min(most, kMost)) + 1;
 }
 
 namespace {

@@ -1,18 +1,18 @@
 // Which element lies nearest to a point, where the point at rest that lies there is known and no
 // two points of the tile come to lie on one another.
 //
-// How far to look: with M the injection's inverse and s its share, an element whose rest position
-// is D away from the point's lies so far off that |M (x_e - x) - D| <= s |D| (largest components).
-// So none is nearer than an element at distance d that is further than
+// How far to look: with M the injection's inverse and B its spread, an element whose rest position
+// is D away from the point's lies so far off that |M (x_e - x) - D| <= B |D|, component by
+// component. So none is nearer than an element at distance d that is further than
 //
-//     |D_c| <= m_c d + s m d / (1 - s),   m_c the length of M's row c per mm, m the largest of
-//     them,
+//     |D| <= (1 - B)^-1 m d,   m_c the length of M's row c per mm,
 //
-// away along some axis c: a box of two or three elements each way, where cells are not drawn long.
+// away along some axis: a box of two or three elements each way, where cells are not drawn long.
 // That holds for every lattice with an injection, not only for smooth ones: it is not a guess.
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "resample/displacement_tile.h"
 
@@ -20,14 +20,14 @@ namespace maille {
 
 class NearestSearch {
  public:
-  // Elements that a search may look at beyond the cells that can cover the points.
-  static constexpr int kMargin = 2;
+  // What most searches need.
+  static constexpr int kUsuallyAround_voxels = 2;
 
   NearestSearch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
                 glm::vec3 spacing_mm);
 
-  // Whether no search looks further than that, whatever the point.
-  bool within_margin() const { return within_margin_; }
+  // So far around the points the tile must hold all elements there are.
+  int around_voxels() const { return around_voxels_; }
 
   // Counted from the tile's first element, both points in voxels: where it lies now (less what is
   // common to the tile) and was at rest (in the volume). Ties to the lower element.
@@ -44,7 +44,7 @@ class NearestSearch {
   std::array<Float4, 8> corner_{};  // from the lowest; where there is one layer only, itself
   std::array<std::ptrdiff_t, 8> offset_{};  // the same, in the tile
   Float4 reach_{};                          // voxels at rest for each mm of distance
-  bool within_margin_ = false;
+  int around_voxels_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace maille

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "resample/cell_inverse.h"
 #include "resample/corner_planes.h"
 #include "resample/cut_finder.h"
 
@@ -21,25 +22,37 @@ bool beyond_border(VoxelIndex base, glm::vec3 t, Size3 size) {
   return false;
 }
 
-// What a cell has to say about a point: its rest position, and how good the claim is.
+bool is_at(Float4 corner, glm::vec3 point) {
+  const glm::vec3 away = glm::abs(glm::vec3(corner[0], corner[1], corner[2]) - point);
+  return std::max({away.x, away.y, away.z}) < kOnElement_cells;
+}
+
+// What a cell has to say about a point: its rest position, and how good the claim is. Of several
+// the best.
 std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inverse, VoxelIndex base,
-                              glm::vec3 point, const DeformedVolume& volume, ClaimPass pass) {
+                              glm::vec3 point, const DeformedVolume& volume) {
   const Size3 size = volume.size();
-  auto t = inverse(point, margin_of(pass, inverse.stands_in()));
-  if (!t || beyond_border(base, *t, size)) return std::nullopt;
-  VoxelIndex element = base;
-  std::size_t corner = 0;
-  for (int c = 0; c < 3; ++c) {
-    float& s = (*t)[c];
-    const float whole = s < 0.5f ? 0.0f : 1.0f;
-    if (std::abs(s - whole) < kOnElement_cells) s = whole;
-    // The nearer end; of a border cell, the end that is an element.
-    const bool upper = base[c] < 0 || (base[c] < size[c] - 1 && s >= 0.5f);
-    corner |= static_cast<std::size_t>(upper) << c;
-    element[c] += upper;
-  }
-  return Claim{score_of(*t, cell.corner[corner], point, volume), linear_index(element, size),
-               rest_in_cell(base, glm::clamp(*t, 0.0f, 1.0f), size)};
+  std::optional<Claim> best;
+  inverse.for_each_answer(point, kInside_cells, [&](glm::vec3 t) {
+    if (beyond_border(base, t, size)) return;
+    VoxelIndex element = base;
+    std::size_t corner = 0;
+    for (int c = 0; c < 3; ++c) {
+      float& s = t[c];
+      const float whole = s < 0.5f ? 0.0f : 1.0f;
+      if (std::abs(s - whole) < kOnElement_cells) s = whole;
+      // The nearer end; of a border cell, the end that is an element.
+      const bool upper = base[c] < 0 || (base[c] < size[c] - 1 && s >= 0.5f);
+      corner |= static_cast<std::size_t>(upper) << c;
+      element[c] += upper;
+    }
+    Claim claim{score_of(t, cell.corner[corner], point, volume), linear_index(element, size),
+                rest_in_cell(base, glm::clamp(t, 0.0f, 1.0f), size)};
+    // Cells that are flat there have no better answer than the element itself.
+    if (is_at(cell.corner[corner], point)) claim.rest = glm::vec3(element);
+    if (!best || claim.beats(best->score, best->element)) best = claim;
+  });
+  return best;
 }
 
 // Gives open voxels the rest positions that cells claim.
@@ -73,10 +86,7 @@ void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, 
                 const auto i = static_cast<std::size_t>((z * extent.y + y) * extent.x + x);
                 if (!claims.is_open(i, pass)) continue;
                 if (!inverse) inverse.emplace(cell, volume.cell_map);
-                if (pass == ClaimPass::near_folds && inverse->stands_in()) {
-                  claims.beside_fold[i] = 1;
-                }
-                const auto claim = claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume, pass);
+                const auto claim = claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume);
                 if (claim) claims.take(i, *claim);
               }
             }
@@ -94,15 +104,9 @@ void find_rest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
     if (cut) claim_cut_voxels(sight, box, claims, pass);
   };
   claim(ClaimPass::inside);
-  if (std::find(claims.score.begin(), claims.score.end(), BrickClaims::kUncovered) ==
+  if (std::find(claims.score.begin(), claims.score.end(), BrickClaims::kUncovered) !=
       claims.score.end()) {
-    return;
-  }
-  claims.beside_fold.assign(claims.score.size(), 0);
-  claim(ClaimPass::near_folds);
-  if (std::find(claims.beside_fold.begin(), claims.beside_fold.end(), 1) !=
-      claims.beside_fold.end()) {
-    claim(ClaimPass::beside_folds);
+    claim(ClaimPass::left_out);
   }
 }
 
@@ -118,29 +122,23 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
   const glm::vec3 low = point - kBoundsSlack_voxels;
   const glm::vec3 high = point + kBoundsSlack_voxels;
   std::optional<Claim> best;
-  bool beside_fold = false;
   const auto take = [&](const std::optional<Claim>& claim) {
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   };
-  const auto look = [&](ClaimPass pass) {
-    for (const DeformedVolume::Entry& entry : volume.entries) {
-      const VoxelBox cells = entry.cover.cells_over(point_voxel);
-      for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
-                          [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                            const CellInverse inverse(cell, volume.cell_map);
-                            beside_fold = beside_fold || inverse.stands_in();
-                            take(claim_of(cell, inverse, base, point, volume, pass));
-                          });
-      if (!entry.cut) continue;
-      for_each_moved_cell<CellKind::cut>(
-          volume.lattice, &volume.cuts, cells, origin, low, high,
-          [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-            take(cut_claim(volume, cell, base, origin, point, pass, beside_fold));
-          });
-    }
-  };
-  look(ClaimPass::near_folds);
-  if (!best && beside_fold) look(ClaimPass::beside_folds);
+  for (const DeformedVolume::Entry& entry : volume.entries) {
+    const VoxelBox cells = entry.cover.cells_over(point_voxel);
+    for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
+                        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+                          const CellInverse inverse(cell, volume.cell_map);
+                          take(claim_of(cell, inverse, base, point, volume));
+                        });
+    if (!entry.cut) continue;
+    for_each_moved_cell<CellKind::cut>(
+        volume.lattice, &volume.cuts, cells, origin, low, high,
+        [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
+          take(cut_claim(volume, cell, base, origin, point, ClaimPass::left_out));
+        });
+  }
   // The cell that holds the point at rest, if all of it rests.
   bool rests = in_volume;
   for (int k = 0; k < 8; ++k) {
@@ -154,8 +152,7 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     CornerPlanes planes(volume.lattice, nullptr, here, origin);
     planes.advance_to(origin.z);
     const DeformedCell cell = CellRow(planes, origin.y, origin.z, 1).cell(0);
-    const auto claim =
-        cut_claim(volume, cell, origin, origin, point, ClaimPass::inside, beside_fold);
+    const auto claim = cut_claim(volume, cell, origin, origin, point, ClaimPass::inside);
     if (claim) score_at_rest = claim->score;
   } else if (rests) {
     const glm::vec3 away = (point - glm::round(point)) * volume.spacing_mm;

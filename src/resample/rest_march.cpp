@@ -166,7 +166,11 @@ MAILLE_ONE_OF_WIDTHS(void, march_tetrahedra_of, march_tetrahedra,
 
 RestMarch::RestMarch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
                      const VoxelBox& voxels, CellMap map, Registers registers)
-    : tile_(tile), injection_(injection), extent_(voxels.size()), map_(map), registers_(registers) {
+    : tile_(&tile),
+      injection_(injection),
+      extent_(voxels.size()),
+      map_(map),
+      registers_(registers) {
   const glm::vec3 first(voxels.lo - tile.elements().lo - tile.common_voxels());
   first_ = Float4{first.x, first.y, first.z, 0.0f};
   const auto count = static_cast<std::size_t>(extent_.x) * static_cast<std::size_t>(extent_.y);
@@ -198,15 +202,15 @@ const Float4* RestMarch::next_row() {
     for (int x = 0; x < extent_.x; ++x) row[x] = last[x] + on;
   } else {
     row[0] = map_ == CellMap::trilinear
-                 ? by_contraction<CellMap::trilinear>(tile_, injection_.inverse, first)
-                 : by_contraction<CellMap::tetrahedra>(tile_, injection_.inverse, first);
+                 ? by_contraction<CellMap::trilinear>(*tile_, injection_.inverse, first)
+                 : by_contraction<CellMap::tetrahedra>(*tile_, injection_.inverse, first);
     for (int x = 1; x < extent_.x; ++x) row[x] = row[x - 1] + step_along(0);
   }
   const bool widest = registers_ == Registers::widest;
   const auto march = map_ == CellMap::trilinear
                          ? (widest ? march_trilinear_of : march_trilinear_of_16)
                          : (widest ? march_tetrahedra_of : march_tetrahedra_of_16);
-  march(tile_, LastSteps(injection_.share), injection_.inverse, first, extent_.x, row);
+  march(*tile_, LastSteps(injection_.share), injection_.inverse, first, extent_.x, row);
   if (++y_ == extent_.y) {
     y_ = 0;
     ++z_;
@@ -214,7 +218,8 @@ const Float4* RestMarch::next_row() {
   return row;
 }
 
-std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxels, int margin) {
+std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxels,
+                                       const TileMargin& margin) {
   // Writing it out takes longer than all else where material is squeezed: up to here less long than
   // to look for voxels from every cell.
   constexpr std::int64_t kMostElements = 96 * kBrickVoxels;
@@ -222,8 +227,8 @@ std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxel
   static thread_local DisplacementTile tile;
   const DeformedVolume& volume = sight.volume();
   if (sight.cut(voxels)) return std::nullopt;
-  VoxelBox elements = sight.elements_over(voxels);
-  elements = intersection({elements.lo - margin, elements.hi + margin},
+  VoxelBox elements = sight.elements_over({voxels.lo - margin.voxels, voxels.hi + margin.voxels});
+  elements = intersection({elements.lo - margin.elements, elements.hi + margin.elements},
                           {VoxelIndex(0), VoxelIndex(volume.size())});
   if (elements.empty() || voxel_count(elements.size()) > kMostElements) return std::nullopt;
   tile.fill(volume.lattice, elements);

@@ -34,11 +34,11 @@ class RestMarch {
   // left out. Beyond the tile's elements: where the map of the nearest has it. The same bits for
   // any width of registers.
   const Float4* next_row();
-  const DisplacementTile& tile() const { return tile_; }
+  const DisplacementTile& tile() const { return *tile_; }
   const DisplacementTile::Injection& injection() const { return injection_; }
 
  private:
-  const DisplacementTile& tile_;
+  const DisplacementTile* tile_;
   DisplacementTile::Injection injection_;
   Float4 first_;  // voxel, from the tile's first element, less what is common
   Size3 extent_;
@@ -49,9 +49,16 @@ class RestMarch {
   std::array<std::vector<Float4>, 2> planes_;  // rest positions of this one and the one before
 };
 
+// What a march's tile holds more than what can cover the voxels.
+struct TileMargin {
+  int voxels = 0;    // what can cover so much around them,
+  int elements = 0;  // and so many elements around that
+};
+
 // Through voxels of a deformed volume, with a tile that this thread keeps for it until it asks for
 // another. None beside cuts, nor where two cells might cover one voxel, nor where there is very
-// much more material than voxels. The tile reaches `margin` elements further than it must.
-std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxels, int margin = 0);
+// much more material than voxels.
+std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxels,
+                                       const TileMargin& margin = {});
 
 }  // namespace maille

@@ -26,9 +26,8 @@ VoxelBox with_octants(const VoxelBox& voxels) { return {voxels.lo - 1, voxels.hi
 
 Sight::Sight(const DeformedVolume& volume, const VoxelBox& voxels) : volume_(volume) {
   for (const DeformedVolume::Entry& entry : volume.entries) {
-    if (!intersection(entry.cover.roughly(), with_octants(voxels)).empty()) {
-      entries_.push_back(&entry);
-    }
+    const VoxelBox in_sight{voxels.lo - kAround_voxels, voxels.hi + kAround_voxels};
+    if (!intersection(entry.cover.roughly(), in_sight).empty()) entries_.push_back(&entry);
   }
 }
 

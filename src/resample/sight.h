@@ -10,12 +10,15 @@ namespace maille {
 
 class Sight {
  public:
-  // voxels: of one brick. The volume must outlive this.
+  // So far around the voxels all is in sight too.
+  static constexpr int kAround_voxels = 12;
+
+  // The volume must outlive this.
   Sight(const DeformedVolume& volume, const VoxelBox& voxels);
 
   const DeformedVolume& volume() const { return volume_; }
 
-  // All of these ask for a part of the voxels.
+  // All of these ask for a box that is in sight.
 
   // Whether something has been carved from it, or cut cells may touch it.
   bool cut(const VoxelBox& part) const;

