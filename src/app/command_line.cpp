@@ -164,6 +164,14 @@ void add_deform(CLI::App& app, DeformOptions& o) {
                   "came from in the input: x_in = x_out + field(x_out)")
       ->type_name("FILE");
   command
+      .add_option("--extent", o.extent,
+                  "grow: as many more voxels as hold all that was pulled out of the volume; keep: "
+                  "the volume's own")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, SavedExtent>{
+          {"grow", SavedExtent::grow}, {"keep", SavedExtent::keep}}))
+      ->default_str("grow")
+      ->type_name("grow|keep");
+  command
       .add_option("--forward-field", o.forward_field,
                   "Write the displacement in mm of each voxel of the input")
       ->type_name("FILE");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/scene.h"
 #include "core/result.h"
 #include "core/spaces.h"
 #include "gpu/device.h"
@@ -40,6 +41,7 @@ struct DeformOptions {
   std::filesystem::path output;
   std::filesystem::path field;
   std::filesystem::path forward_field;
+  SavedExtent extent = SavedExtent::grow;
   std::filesystem::path stats;
   std::filesystem::path trace;
 };

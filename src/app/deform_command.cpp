@@ -26,6 +26,7 @@ Result<void> run_deform(const DeformOptions& options, const GlobalOptions& globa
   if (auto played = run->play(); !played) return played;
   SaveAction save;
   save.volume = options.output;
+  save.extent = options.extent;
   if (!options.field.empty()) save.field = options.field;
   if (auto saved = run->document().save(save); !saved) return saved;
   if (!options.forward_field.empty()) {

@@ -175,15 +175,22 @@ std::int64_t Document::relaxation_memory_bytes() const {
   return std::max(kLeastForRelaxation_bytes, physical_memory_bytes() / 4);
 }
 
+VoxelBox Document::shown_extent() const {
+  const int margin = plan_.resampling ? scene_.render.margin_voxels : 0;
+  // So that its bricks are the lattice's, which go on beyond the volume.
+  const int below = (margin + kBrickEdge - 1) / kBrickEdge * kBrickEdge;
+  return {VoxelIndex(-below), volume_.size() + margin};
+}
+
 ViewUpdate Document::take_view() {
   ViewUpdate update;
   if (!plan_.resampling) return update;
   const trace::Span span("prepare view");
-  update.bricks = dirty_bricks(shown_, shown_cuts_, lattice(), cuts());
+  update.bricks =
+      dirty_bricks(shown_, shown_cuts_, lattice(), cuts(), shown_extent(), scene_.resampling);
   shown_ = lattice();
   shown_cuts_ = cuts();
-  update.resampler = std::make_shared<const Resampler>(volume_, shown_, shown_cuts_,
-                                                       scene_.resampling, range().lowest);
+  update.resampler = std::make_shared<const Resampler>(resampler());
   return update;
 }
 
@@ -347,27 +354,51 @@ Error Document::too_few_steps(const std::string& action, int there, int wanted) 
   return {ErrorKind::usage, std::move(message)};
 }
 
-Volume Document::deformed_volume() {
-  if (!plan_.resampling) return volume_;
-  ResampleCounts counts;
-  auto volume =
-      resample_volume(volume_, lattice(), cuts(), scene_.resampling, range().lowest, pool_, counts);
-  statistics_.resample->add(counts);
-  return volume;
+Resampler Document::resampler() {
+  return {volume_, lattice(), cuts(), scene_.resampling, range().lowest};
+}
+
+Result<VoxelBox> Document::extent_of(const SaveAction& action, const Resampler& resampler) const {
+  const VoxelBox own{VoxelIndex(0), volume_.size()};
+  if (action.extent == SavedExtent::keep) return own;
+  const VoxelBox extent = resampler.extent();
+  if (extent == own) return own;
+  double bytes = action.field ? sizeof(glm::vec3) : 0.0;
+  if (action.volume) bytes += static_cast<double>(bytes_per_voxel(volume_.type()));
+  for (int c = 0; c < 3; ++c) bytes *= extent.size()[c];
+  if (bytes > 0.5 * static_cast<double>(physical_memory_bytes())) {
+    return Error{ErrorKind::out_of_memory,
+                 "what was pulled out of the volume reaches so far that the saved one would have " +
+                     text_of(extent.size()) +
+                     " voxels; \"extent\": \"keep\" in a save action, or "
+                     "--extent keep, saves the volume's own " +
+                     text_of(volume_.size())};
+  }
+  return extent;
 }
 
 Result<void> Document::save(const SaveAction& action) {
+  if (!plan_.resampling) return save_at_rest(action);
+  const Resampler now = resampler();
+  const auto extent = extent_of(action, now);
+  if (!extent) return extent.error();
   if (action.volume) {
-    if (auto written = write_volume(*action.volume, deformed_volume()); !written) return written;
+    ResampleCounts counts;
+    const Volume deformed = resample_volume(now, *extent, pool_, counts);
+    statistics_.resample->add(counts);
+    if (auto written = write_volume(*action.volume, deformed); !written) return written;
   }
   if (!action.field) return {};
-  std::vector<glm::vec3> field;
-  if (plan_.resampling) {
-    const Resampler resampler(volume_, lattice(), cuts(), scene_.resampling, range().lowest);
-    field = inverse_field_mm(volume_, resampler, pool_);
-  } else {
-    field.resize(static_cast<std::size_t>(voxel_count(volume_.size())));
+  return write_vector_field(*action.field, extent->size(), world_from_voxel_of(volume_, *extent),
+                            inverse_field_mm(now, *extent, pool_));
+}
+
+Result<void> Document::save_at_rest(const SaveAction& action) {
+  if (action.volume) {
+    if (auto written = write_volume(*action.volume, volume_); !written) return written;
   }
+  if (!action.field) return {};
+  const std::vector<glm::vec3> field(static_cast<std::size_t>(voxel_count(volume_.size())));
   return write_vector_field(*action.field, volume_.size(), volume_.world_from_voxel(), field);
 }
 

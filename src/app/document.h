@@ -85,6 +85,11 @@ class Document {
 
   // The state now, against the one handed out before (at first: against the untouched volume).
   ViewUpdate take_view();
+  // The voxels that pictures show, which a ViewUpdate's bricks are counted of: the volume's and a
+  // margin of what was pulled out of it. Begins at a brick of the lattice's grid as it goes on.
+  VoxelBox shown_extent() const;
+  // The state now.
+  Resampler resampler();
 
   // Called at each position of a drag, with the lattice as it is there.
   using Step = std::function<Result<void>(const DragReport&)>;
@@ -99,8 +104,8 @@ class Document {
   Result<void> undo(int count);
   Result<void> redo(int count);
 
-  Volume deformed_volume();
-  // Writes what is asked for, as the lattice is now. Errors: file_system, usage (format).
+  // Writes what is asked for, as the lattice is now. Errors: file_system, usage (format),
+  // out_of_memory (material was pulled so far that a volume around it all would not fit).
   Result<void> save(const SaveAction& action);
   Result<void> save_forward_field(const std::filesystem::path& path);
 
@@ -122,6 +127,9 @@ class Document {
 
   Scene scene_;
   DocumentOptions options_;
+  Result<VoxelBox> extent_of(const SaveAction& action, const Resampler& resampler) const;
+  Result<void> save_at_rest(const SaveAction& action);
+
   Plan plan_;
   WorkerPool pool_;
   RunStatistics statistics_;

@@ -10,9 +10,9 @@
 
 namespace maille {
 
-// A vector for every voxel of the deformed volume that leads to where its value came from:
+// A vector for every voxel of a box of the deformed volume that leads to where its value came from:
 // x_in = x_out + field(x_out). 0 where nothing is.
-std::vector<glm::vec3> inverse_field_mm(const Volume& volume, const Resampler& resampler,
+std::vector<glm::vec3> inverse_field_mm(const Resampler& resampler, const VoxelBox& extent,
                                         WorkerPool& pool);
 
 // The displacement of every element, on the rest grid: x_now = x_rest + field(x_rest).

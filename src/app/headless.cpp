@@ -156,7 +156,7 @@ Result<void> Headless::write_picture(const std::filesystem::path& path) {
 
 Result<std::optional<PickHit>> Headless::pick(glm::ivec2 pixel) {
   if (auto shown = show(); !shown) return shown.error();
-  return view_->pick(pixel);
+  return view_->pick(pixel, view_->size());
 }
 
 Result<void> Headless::write_frame() {

@@ -14,6 +14,12 @@ std::string_view name_of(const Action& action) {
   return kNames[action.index()];
 }
 
+std::optional<SavedExtent> saved_extent_named(std::string_view name) {
+  if (name == "grow") return SavedExtent::grow;
+  if (name == "keep") return SavedExtent::keep;
+  return std::nullopt;
+}
+
 Result<Scene> open_scene(const std::filesystem::path& input) {
   auto ending = input.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),

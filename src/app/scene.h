@@ -46,6 +46,7 @@ struct PictureSettings {
   double step_voxels = 1.0;
   bool shading = true;
   glm::dvec3 background{0.1, 0.11, 0.13};
+  int margin_voxels = 0;  // of what was pulled out of the volume, on every side
 };
 
 // What is not given frames the whole volume from the front.
@@ -92,9 +93,16 @@ struct UndoAction {
 struct RedoAction {
   int count = 1;
 };
+// Which voxels are saved: as many more as it takes to hold all that was pulled out of the volume,
+// or those of the volume alone.
+enum class SavedExtent : std::uint8_t { grow, keep };
+
+std::optional<SavedExtent> saved_extent_named(std::string_view name);
+
 struct SaveAction {
   std::optional<std::filesystem::path> volume;
   std::optional<std::filesystem::path> field;
+  SavedExtent extent = SavedExtent::grow;
 };
 
 // What is cut and carved lies where a person sees it: in the volume as it is deformed then.

@@ -236,7 +236,8 @@ std::variant<TransferPreset, TransferFunction> read_transfer_function(const Json
 }
 
 PictureSettings read_render(const JsonReader& value) {
-  value.expect_object({"mode", "iso_value", "step_voxels", "shading", "background"});
+  value.expect_object(
+      {"mode", "iso_value", "step_voxels", "shading", "background", "margin_voxels"});
   PictureSettings settings;
   if (value.has("mode")) {
     const auto mode = value.at("mode");
@@ -259,6 +260,9 @@ PictureSettings read_render(const JsonReader& value) {
   if (value.has("shading")) settings.shading = value.at("shading").boolean();
   if (value.has("background")) {
     settings.background = value.at("background").vector(Bounds::between(0, 1));
+  }
+  if (value.has("margin_voxels")) {
+    settings.margin_voxels = static_cast<int>(value.at("margin_voxels").integer(0, 4096));
   }
   return settings;
 }
@@ -350,7 +354,7 @@ Action read_relax(const JsonReader& value) {
 }
 
 Action read_save(const JsonReader& value, const std::filesystem::path& base) {
-  value.expect_object({"volume", "field"});
+  value.expect_object({"volume", "field", "extent"});
   SaveAction save;
   const auto read = [&](std::string_view key) {
     const auto path = read_path(value.at(key), base);
@@ -359,6 +363,11 @@ Action read_save(const JsonReader& value, const std::filesystem::path& base) {
   };
   if (value.has("volume")) save.volume = read("volume");
   if (value.has("field")) save.field = read("field");
+  if (value.has("extent")) {
+    const auto extent = saved_extent_named(value.at("extent").string());
+    if (!extent) value.at("extent").refuse_value("\"grow\" or \"keep\"");
+    save.extent = extent.value_or(SavedExtent::grow);
+  }
   if (!save.volume && !save.field) value.refuse("expected a \"volume\" or a \"field\"");
   return save;
 }

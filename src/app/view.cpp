@@ -41,6 +41,7 @@ Camera camera_of(const CameraSettings& settings, const Volume& volume, PictureSi
 
 View::View(Document& document, const ViewOptions& options)
     : volume_(document.volume()),
+      extent_(document.shown_extent()),
       pool_(document.pool()),
       picks_(document.plan().pick_pass),
       size_(options.size),
@@ -64,7 +65,16 @@ Result<std::unique_ptr<View>> View::create(Document& document, const ViewOptions
   // Settings first: what is visible is then decided once, and nothing is wanted that is not seen.
   if (auto set = view->renderer_->set_settings(settings); !set) return set.error();
   if (auto set = view->renderer_->set_transfer_function(*transfer); !set) return set.error();
-  if (auto set = view->renderer_->set_volume(view->volume_); !set) return set.error();
+  const glm::dmat4 place = world_from_voxel_of(view->volume_, view->extent_);
+  if (auto set = view->renderer_->set_volume(view->extent_.size(), view->volume_.type(), place,
+                                             lowest_value_of(view->volume_));
+      !set) {
+    return set.error();
+  }
+  // Beyond the volume there is nothing to copy.
+  if (view->extent_ != VoxelBox{VoxelIndex(0), view->volume_.size()}) {
+    view->resampler_ = std::make_shared<const Resampler>(document.resampler());
+  }
   return view;
 }
 
@@ -79,12 +89,12 @@ Result<void> View::stream(const std::vector<std::int64_t>& bricks) {
   const trace::Span span("show");
   const Stopwatch start;
   std::vector<Share> shares(static_cast<std::size_t>(pool_.thread_count()));
-  const FillBrick fill = [&](std::int64_t brick, VoxelBox box, std::span<std::byte> voxels,
+  const FillBrick fill = [&](std::int64_t, VoxelBox box, std::span<std::byte> voxels,
                              bool flip_sign_bit, int worker) {
     if (!resampler_) return copy_brick(volume_, box, voxels);
     const trace::Span brick_span("resample brick");
     const Stopwatch brick_start;
-    auto counts = resampler_->resample(brick, voxels, flip_sign_bit);
+    auto counts = resampler_->resample(shifted(box, extent_.lo), voxels, flip_sign_bit);
     counts.timed(brick_start.seconds());
     shares[static_cast<std::size_t>(worker)].counts += counts;
   };
@@ -111,10 +121,11 @@ Result<Picture> View::picture() {
   return picture;
 }
 
-Result<std::optional<PickHit>> View::pick(glm::ivec2 pixel) {
+Result<std::optional<PickHit>> View::pick(glm::ivec2 pixel, PictureSize size) {
   const trace::Span span("pick");
   const Stopwatch start;
-  auto hit = renderer_->pick(camera_, size_, pixel);
+  auto hit = renderer_->pick(camera_, size, pixel);
+  if (hit && *hit) (*hit)->voxel += glm::dvec3(extent_.lo);
   ++pick_.count;
   pick_.seconds += start.seconds();
   return hit;

@@ -33,7 +33,7 @@ class View {
   Result<void> show_wanted();
   // What was shown last. Waits for it.
   Result<Picture> picture();
-  Result<std::optional<PickHit>> pick(glm::ivec2 pixel);
+  Result<std::optional<PickHit>> pick(glm::ivec2 pixel, PictureSize size);
   // Rest position of a voxel position in what was shown last; the same where nothing is deformed.
   glm::dvec3 rest_voxel(glm::dvec3 voxel) const;
 
@@ -50,6 +50,7 @@ class View {
   Result<void> stream(const std::vector<std::int64_t>& bricks);
 
   Volume volume_;
+  VoxelBox extent_;  // of its voxels, and of those beyond it, that are shown
   WorkerPool& pool_;
   bool picks_;
   PictureSize size_;

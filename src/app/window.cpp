@@ -215,7 +215,7 @@ class Session {
   // Whether there is something under the pointer to grab.
   bool begin_grab() {
     const PictureSize size = window_pixels();
-    const auto hit = view_.renderer().pick(view_.camera(), size, glm::ivec2(pointer_));
+    const auto hit = view_.pick(glm::ivec2(pointer_), size);
     if (!hit) {
       failed_ = hit.error();
       return true;

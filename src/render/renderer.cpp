@@ -119,15 +119,16 @@ Result<void> Renderer::set_volume(Size3 size, VoxelType type, const glm::dmat4& 
   return s.show_what_is_visible();
 }
 
-Result<void> Renderer::set_volume(const Volume& volume, const VolumeStatistics& statistics) {
-  std::optional<double> lowest_value = statistics.lowest;
-  if (statistics.nan_count == voxel_count(volume.size())) lowest_value.reset();
-  return set_volume(volume.size(), volume.type(), volume.world_from_voxel(), lowest_value);
+Result<void> Renderer::set_volume(const Volume& volume) {
+  return set_volume(volume.size(), volume.type(), volume.world_from_voxel(),
+                    lowest_value_of(volume));
 }
 
-Result<void> Renderer::set_volume(const Volume& volume) {
-  if (volume.type() == VoxelType::float32) return set_volume(volume, statistics_of(volume, 1));
-  return set_volume(volume.size(), volume.type(), volume.world_from_voxel());
+std::optional<double> lowest_value_of(const Volume& volume) {
+  if (volume.type() != VoxelType::float32) return 0.0;
+  const VolumeStatistics statistics = statistics_of(volume, 1);
+  if (statistics.nan_count == voxel_count(volume.size())) return std::nullopt;
+  return statistics.lowest;
 }
 
 Result<void> Renderer::set_transfer_function(const TransferFunction& transfer) {

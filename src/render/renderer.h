@@ -70,6 +70,10 @@ struct RenderCounters {
   std::int64_t frames = 0;
 };
 
+// What set_volume takes for the lowest value: nothing of integers is not finite. A float volume is
+// read for it. None: nothing in it is finite.
+std::optional<double> lowest_value_of(const Volume& volume);
+
 // The voxels of one brick in texture encoding (see VolumeTexture); called by several workers at
 // once.
 using FillBrick = std::function<void(std::int64_t brick, VoxelBox box, std::span<std::byte> voxels,
@@ -88,8 +92,7 @@ class Renderer {
   // volume are not finite (see VolumeTexture::create). Errors: device, out_of_memory.
   Result<void> set_volume(Size3 size, VoxelType type, const glm::dmat4& world_from_voxel,
                           std::optional<double> lowest_value = 0.0);
-  // The same with the lowest value from statistics; without them a float volume is read for it.
-  Result<void> set_volume(const Volume& volume, const VolumeStatistics& statistics);
+  // The same of a whole volume; one of floats is read for the lowest value.
   Result<void> set_volume(const Volume& volume);
 
   // Both may make bricks wanted (sparse store).

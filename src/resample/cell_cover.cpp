@@ -28,17 +28,18 @@ VoxelBox cells_by_bounds(const Reach& reach, glm::dvec3 lo, glm::dvec3 hi) {
 }  // namespace
 
 CellCover::CellCover(const Lattice& lattice, const Reach& reach, bool cut)
-    : lattice_(&lattice), reach_(reach), cut_(cut), covered_(reach.covered()) {
+    : lattice_(&lattice),
+      reach_(reach),
+      cut_(cut),
+      covered_(reach.covered()),
+      blocks_(std::make_unique<Blocks>()) {
   // Up to here the blocks' own bounds would not be much tighter.
   constexpr int kClose_voxels = 4;
   const glm::ivec3 spread = reach.u_highest - reach.u_lowest;
-  if (std::max({spread.x, spread.y, spread.z}) > kClose_voxels * kUnitsPerVoxel) {
-    blocks_ = std::make_unique<Blocks>();
-  }
+  bounds_say_enough_ = std::max({spread.x, spread.y, spread.z}) <= kClose_voxels * kUnitsPerVoxel;
 }
 
-const std::vector<CellCover::Block>* CellCover::blocks() const {
-  if (!blocks_) return nullptr;
+const std::vector<CellCover::Block>& CellCover::blocks() const {
   std::call_once(blocks_->once, [&] {
     constexpr float kFar = std::numeric_limits<float>::max();
     // What floats may put on the other side.
@@ -77,14 +78,20 @@ const std::vector<CellCover::Block>* CellCover::blocks() const {
       blocks_->blocks.push_back(block);
     }
   });
-  return &blocks_->blocks;
+  return blocks_->blocks;
+}
+
+VoxelBox CellCover::closely() const {
+  VoxelBox box;
+  for (const Block& block : blocks()) box = united(box, block.covered);
+  return box;
 }
 
 VoxelBox CellCover::voxels_among(const VoxelBox& voxels) const {
   const VoxelBox roughly = intersection(covered_, voxels);
-  if (roughly.empty() || !blocks_) return roughly;
+  if (roughly.empty() || bounds_say_enough_) return roughly;
   VoxelBox among;
-  for (const Block& block : *blocks()) {
+  for (const Block& block : blocks()) {
     among = united(among, intersection(block.covered, voxels));
   }
   return among;
@@ -93,9 +100,9 @@ VoxelBox CellCover::voxels_among(const VoxelBox& voxels) const {
 VoxelBox CellCover::cells_over(const VoxelBox& voxels) const {
   if (intersection(covered_, voxels).empty()) return {};
   const VoxelBox cells = cells_by_bounds(reach_, glm::dvec3(voxels.lo), glm::dvec3(voxels.hi - 1));
-  if (cells.empty() || !blocks_) return cells;
+  if (cells.empty() || bounds_say_enough_) return cells;
   VoxelBox of_blocks;
-  for (const Block& block : *blocks()) {
+  for (const Block& block : blocks()) {
     if (!intersection(block.covered, voxels).empty()) of_blocks = united(of_blocks, block.cells);
   }
   return intersection(cells, of_blocks);

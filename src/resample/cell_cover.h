@@ -18,6 +18,8 @@ class CellCover {
   // From bounds alone. Of a brick whose elements moved each their own way that is much more than
   // what they cover.
   const VoxelBox& roughly() const { return covered_; }
+  // The smallest box around what they cover, or nearly.
+  VoxelBox closely() const;
 
   // The smallest boxes around the voxels, and the cells, of which one may cover the other; empty
   // where none can. Nearly tight: where bounds say little it looks at the elements, once.
@@ -36,13 +38,14 @@ class CellCover {
     std::vector<Block> blocks;
   };
 
-  const std::vector<Block>* blocks() const;
+  const std::vector<Block>& blocks() const;
 
   const Lattice* lattice_;
   Reach reach_;
   bool cut_;
   VoxelBox covered_;
-  std::unique_ptr<Blocks> blocks_;  // null: bounds say enough
+  bool bounds_say_enough_;  // for boxes of voxels and cells
+  std::unique_ptr<Blocks> blocks_;
 };
 
 }  // namespace maille

@@ -13,24 +13,20 @@ namespace maille {
 
 // How far outside of a cell a point still counts as inside.
 inline constexpr float kInside_cells = 1e-4f;
-// Neighbouring cells share their faces. But an octant's bent face and a tetrahedron's flat one may
-// leave a sliver between them: an octant's nearest miss within this share of it takes what is
-// there.
-inline constexpr float kNearMiss_cells = 0.25f;
+// How far rounding may put a voxel on the wrong side of bounds.
+inline constexpr float kBoundsSlack_voxels = 1e-3f;
 
 // Cells look for voxels twice.
 enum class ClaimPass {
   inside,    // of half open bounds: most voxels are looked at once
-  left_out,  // what rounding and slivers left out
+  left_out,  // what rounding left out
 };
 
-// Every miss scores above every hit.
-inline constexpr float kMissPenalty = 1e20f;
 // A point this close to an element takes its value unmixed, so that whole-voxel shifts copy.
 inline constexpr float kOnElement_cells = 4e-5f;
 
 struct Claim {
-  float score;           // squared distance to the element in mm, or a penalty: the least wins
+  float score;           // squared distance to the element in mm: the least wins
   std::int64_t element;  // linear index; the lower wins a tie
   glm::vec3 rest;        // rest position (voxel space)
 
@@ -51,12 +47,8 @@ inline glm::vec3 rest_in_cell(VoxelIndex base, glm::vec3 t, Size3 size) {
   return rest;
 }
 
-// How well a cell may claim a point that it finds at t, where the claiming element lies now.
-inline float score_of(glm::vec3 t, Float4 element_at, glm::vec3 point,
-                      const DeformedVolume& volume) {
-  const glm::vec3 outside = glm::max(-t, t - 1.0f);
-  const float excess = std::max({outside.x, outside.y, outside.z});
-  if (excess > kInside_cells) return kMissPenalty * (1.0f + excess);
+// How well an element that lies there now may claim a point.
+inline float score_of(Float4 element_at, glm::vec3 point, const DeformedVolume& volume) {
   const glm::vec3 at(element_at[0], element_at[1], element_at[2]);
   const glm::vec3 away = (at - point) * volume.spacing_mm;
   return glm::dot(away, away);
@@ -75,7 +67,7 @@ struct BrickClaims {
   std::vector<std::uint8_t> cut;
 
   bool is_open(std::size_t voxel, ClaimPass pass) const {
-    return score[voxel] != kOwned && (pass == ClaimPass::inside || score[voxel] >= kMissPenalty);
+    return score[voxel] != kOwned && (pass == ClaimPass::inside || score[voxel] == kUncovered);
   }
   static constexpr float kUncovered = std::numeric_limits<float>::infinity();
   static constexpr float kOwned = -1.0f;  // by an element at rest: no claim beats it

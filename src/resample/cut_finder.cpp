@@ -10,13 +10,6 @@
 namespace maille {
 namespace {
 
-// How far rounding may put a voxel on the wrong side of a cell's bounds.
-constexpr float kBoundsSlack_voxels = 1e-3f;
-
-float slack_of(ClaimPass pass) {
-  return pass == ClaimPass::inside ? kBoundsSlack_voxels : kNearMiss_cells;
-}
-
 VoxelBox voxels_within(Float4 lowest, Float4 highest, float slack, glm::ivec3 extent) {
   VoxelBox voxels;
   for (int c = 0; c < 3; ++c) {
@@ -60,11 +53,9 @@ class Octants {
     return octant;
   }
 
-  std::optional<Claim> claim(unsigned corner, const CellInverse& inverse, glm::vec3 point,
-                             ClaimPass pass) const {
-    const bool slivers = pass == ClaimPass::left_out && volume_.cell_map == CellMap::tetrahedra;
+  std::optional<Claim> claim(unsigned corner, const CellInverse& inverse, glm::vec3 point) const {
     std::optional<Claim> best;
-    inverse.for_each_answer(point, slivers ? kNearMiss_cells : kInside_cells, [&](glm::vec3 t) {
+    inverse.for_each_answer(point, kInside_cells, [&](glm::vec3 t) {
       if (beyond_end(corner, t)) return;
       const Claim claim = claim_at(corner, t, point);
       if (!best || claim.beats(best->score, best->element)) best = claim;
@@ -87,7 +78,7 @@ class Octants {
     const glm::vec3 in_cell(0.5f * (inside.x + static_cast<float>(corner & 1)),
                             0.5f * (inside.y + static_cast<float>(corner >> 1 & 1)),
                             0.5f * (inside.z + static_cast<float>(corner >> 2)));
-    return {score_of(t, cell_.corner[own], point, volume_),
+    return {score_of(cell_.corner[own], point, volume_),
             linear_index(links_.element(corner), volume_.size()),
             rest_in_cell(base_, in_cell, volume_.size())};
   }
@@ -132,7 +123,6 @@ class Octants {
 void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& claims,
                      ClaimPass pass) {
   const glm::ivec3 extent = box.size();
-  const float slack = slack_of(pass);
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (!octants.there(corner)) continue;
     const DeformedCell shape = octants.shape(corner);
@@ -143,11 +133,11 @@ void claim_voxels_of(const Octants& octants, const VoxelBox& box, BrickClaims& c
       highest = greatest(highest, at);
     }
     std::optional<CellInverse> inverse;
-    const VoxelBox voxels = voxels_within(lowest, highest, slack, extent);
+    const VoxelBox voxels = voxels_within(lowest, highest, kBoundsSlack_voxels, extent);
     for_each_voxel(voxels, extent, [&](std::size_t i, glm::vec3 point) {
       if (!claims.is_open(i, pass)) return;
       if (!inverse) inverse.emplace(shape, CellMap::trilinear);
-      const auto claim = octants.claim(corner, *inverse, point, pass);
+      const auto claim = octants.claim(corner, *inverse, point);
       if (claim && claims.take(i, *claim)) claims.cut[i] |= BrickClaims::in_octant;
     });
   }
@@ -159,13 +149,12 @@ void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& clai
                       ClaimPass pass) {
   const DeformedVolume& volume = sight.volume();
   const glm::ivec3 extent = box.size();
-  const float slack = slack_of(pass);
   claims.cut.resize(claims.score.size(), 0);
   sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry& entry) {
     if (!entry.cut) return;
     for_each_moved_cell<CellKind::cut>(
-        volume.lattice, &volume.cuts, cells, box.lo, glm::vec3(-slack),
-        glm::vec3(extent - 1) + slack,
+        volume.lattice, &volume.cuts, cells, box.lo, glm::vec3(-kBoundsSlack_voxels),
+        glm::vec3(extent - 1) + kBoundsSlack_voxels,
         [&](const DeformedCell& cell, VoxelIndex base, Float4 lowest, Float4 highest) {
           for_each_voxel(
               voxels_within(lowest, highest, kBoundsSlack_voxels, extent), extent,
@@ -176,15 +165,14 @@ void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& clai
 }
 
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
-                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point,
-                               ClaimPass pass) {
+                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point) {
   const Octants octants(volume, cell, base, origin);
   std::optional<Claim> best;
   for (unsigned corner = 0; corner < 8; ++corner) {
     if (!octants.there(corner)) continue;
     const DeformedCell shape = octants.shape(corner);
     const CellInverse inverse(shape, CellMap::trilinear);
-    const auto claim = octants.claim(corner, inverse, point, pass);
+    const auto claim = octants.claim(corner, inverse, point);
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   }
   return best;

@@ -15,6 +15,6 @@ void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& clai
 
 // The best claim of a cut cell's octants to a point. Positions are relative to origin.
 std::optional<Claim> cut_claim(const DeformedVolume& volume, const DeformedCell& cell,
-                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point, ClaimPass pass);
+                               VoxelIndex base, glm::ivec3 origin, glm::vec3 point);
 
 }  // namespace maille

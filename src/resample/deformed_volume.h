@@ -23,7 +23,7 @@ struct DeformedVolume {
   Cuts cuts;
   bool any_cut = false;
   glm::vec3 spacing_mm{1};
-  CellMap cell_map;            // of whole cells; octants of cut ones are trilinear
+  CellMap cell_map;            // of cells; where a cut is in sight they are trilinear
   std::vector<Entry> entries;  // by rising brick: answers do not depend on who asks
   // Whether any border element has moved. Only then can material have left a voxel of the volume
   // with nothing: while the whole border rests, what it encloses covers every voxel.

@@ -165,7 +165,7 @@ void follow(const Resampling& resampling, RestMarch& march, const VoxelBox& voxe
         if (sampler.is_among(x) || (owned >> x & 1) != 0) continue;
         row[x] = background;
         ++counts.background_voxels;
-        counts.unfilled_voxels += !resampling.deformed.border_moved;
+        counts.unfilled_voxels += resampling.must_be_filled(first + VoxelIndex(x, 0, 0));
       }
     }
   }

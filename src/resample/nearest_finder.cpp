@@ -99,31 +99,14 @@ class Offer {
   Float4 spacing_;
 };
 
-// Squared distance in mm of the element that claims a voxel: a near miss has a penalty instead.
-float squared_distance(const DeformedVolume& volume, std::int64_t element, VoxelIndex voxel) {
-  const VoxelIndex at = voxel_index(element, volume.size());
-  const glm::dvec3 away = (glm::dvec3(at - voxel) + volume.lattice.displacement_voxels(at)) *
-                          glm::dvec3(volume.spacing_mm);
-  return static_cast<float>(glm::dot(away, away));
-}
-
 }  // namespace
 
 void find_nearest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
   const DeformedVolume& volume = sight.volume();
   find_rest(sight, box, claims);
   float furthest = 0.0f;
-  std::size_t i = 0;
-  for (int z = box.lo.z; z < box.hi.z; ++z) {
-    for (int y = box.lo.y; y < box.hi.y; ++y) {
-      for (int x = box.lo.x; x < box.hi.x; ++x, ++i) {
-        if (!is_sought(claims, i)) continue;
-        if (claims.score[i] >= kMissPenalty) {
-          claims.score[i] = squared_distance(volume, claims.element[i], {x, y, z});
-        }
-        furthest = std::max(furthest, claims.score[i]);
-      }
-    }
+  for (std::size_t i = 0; i < claims.score.size(); ++i) {
+    if (is_sought(claims, i)) furthest = std::max(furthest, claims.score[i]);
   }
   if (furthest == 0.0f) return;
   // What floats may leave out.

@@ -150,12 +150,12 @@ void resample_in_object_order(const Resampling& resampling, const Sight& sight,
   } else {
     find_rest(sight, voxels, claims);
   }
-  const auto count = static_cast<std::size_t>(voxel_count(voxels.size()));
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < claims.score.size(); ++i) {
     if (claims.score[i] != BrickClaims::kUncovered) continue;
     ++counts.background_voxels;
     const bool by_cut = !claims.cut.empty() && claims.cut[i] != 0;
-    counts.unfilled_voxels += !by_cut && !deformed.border_moved;
+    const VoxelIndex voxel = voxels.lo + voxel_index(static_cast<std::int64_t>(i), voxels.size());
+    counts.unfilled_voxels += !by_cut && resampling.must_be_filled(voxel);
   }
   with_voxel_type(resampling.volume.type(),
                   [&]<class T>() { write<T>(resampling, claims, voxels, target); });

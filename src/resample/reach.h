@@ -7,6 +7,7 @@
 
 #include "deform/cuts.h"
 #include "deform/lattice.h"
+#include "resample/resample_method.h"
 
 namespace maille {
 
@@ -25,7 +26,9 @@ struct Reach {
 Reach reach_of(const Lattice& lattice, std::int64_t brick);
 
 // The bricks whose voxels may differ between two states of a lattice and its cuts, in linear order.
+// extent: the voxels that are shown, which bricks are counted of.
 std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_before,
-                                       const Lattice& after, const Cuts& cuts_after);
+                                       const Lattice& after, const Cuts& cuts_after,
+                                       const VoxelBox& extent, ResampleMethod method);
 
 }  // namespace maille

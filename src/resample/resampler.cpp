@@ -4,6 +4,8 @@
 #include <cstring>
 #include <limits>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include "core/stopwatch.h"
 #include "core/trace.h"
 #include "resample/brick_set.h"
@@ -105,7 +107,7 @@ ResampleCounts Resampler::State::copy(const VoxelBox& voxels, glm::ivec3 shift,
   const VoxelBox filled = intersection({shift, size() + shift}, voxels);
   const int count = filled.empty() ? 0 : filled.size().x;
   counts.background_voxels = counts.voxels - (count == 0 ? 0 : voxel_count(filled.size()));
-  if (!deformed.border_moved) counts.unfilled_voxels = counts.background_voxels;
+  if (!deformed.border_moved && inside(voxels)) counts.unfilled_voxels = counts.background_voxels;
   with_voxel_type(volume.type(), [&]<class T>() {
     const auto samples = volume.voxels<T>();
     const int width = voxels.size().x;
@@ -148,7 +150,7 @@ void Resampler::State::keep(const VoxelBox& voxels, const VoxelTarget& target,
           counts.moved_voxels += !own;
           counts.background_voxels += !own;
           const bool by_cut = cuts && deformed.cuts.carved(voxel);
-          counts.unfilled_voxels += !own && !by_cut && !deformed.border_moved;
+          counts.unfilled_voxels += !own && !by_cut && must_be_filled(voxel);
         }
       }
     }
@@ -255,25 +257,33 @@ std::int64_t count_folded_cells(const Lattice& lattice, const Cuts& cuts, Worker
   return sum;
 }
 
-Volume resample_volume(const Volume& volume, const Lattice& lattice, const Cuts& cuts,
-                       ResampleMethod method, double background_value, WorkerPool& pool,
+VoxelBox Resampler::extent() const {
+  VoxelBox extent{VoxelIndex(0), state_->size()};
+  for (const DeformedVolume::Entry& entry : state_->deformed.entries) {
+    if (intersection(entry.cover.roughly(), extent) == entry.cover.roughly()) continue;
+    extent = united(extent, entry.cover.closely());
+  }
+  return extent;
+}
+
+Volume resample_volume(const Resampler& resampler, const VoxelBox& extent, WorkerPool& pool,
                        ResampleCounts& counts) {
   const trace::Span span("resample volume");
-  const Resampler resampler(volume, lattice, cuts, method, background_value);
-  const BrickGrid& grid = lattice.grid();
+  const Volume& volume = resampler.volume();
   const std::size_t voxel_bytes = bytes_per_voxel(volume.type());
-  auto samples = std::make_shared<std::vector<std::byte>>(volume.bytes().size());
+  auto samples = std::make_shared<std::vector<std::byte>>(
+      static_cast<std::size_t>(voxel_count(extent.size())) * voxel_bytes);
   std::vector<ResampleCounts> by_worker(static_cast<std::size_t>(pool.thread_count()));
-  pool.for_each(grid.count(), [&](std::int64_t b, int worker) {
+  for_each_brick(extent, pool, [&](const VoxelBox& box, int worker) {
     const Stopwatch start;
     std::vector<std::byte> brick(kBrickVoxels * voxel_bytes);
-    auto brick_counts = resampler.resample(b, brick, false);
-    const VoxelBox box = grid.box(grid.brick(b));
+    auto brick_counts = resampler.resample(box, brick, false);
     const std::size_t row = static_cast<std::size_t>(box.size().x) * voxel_bytes;
     const std::byte* from = brick.data();
     for (int z = box.lo.z; z < box.hi.z; ++z) {
       for (int y = box.lo.y; y < box.hi.y; ++y, from += row) {
-        const auto at = static_cast<std::size_t>(linear_index({box.lo.x, y, z}, volume.size()));
+        const VoxelIndex first = VoxelIndex(box.lo.x, y, z) - extent.lo;
+        const auto at = static_cast<std::size_t>(linear_index(first, extent.size()));
         std::memcpy(samples->data() + at * voxel_bytes, from, row);
       }
     }
@@ -282,7 +292,24 @@ Volume resample_volume(const Volume& volume, const Lattice& lattice, const Cuts&
   });
   for (const ResampleCounts& c : by_worker) counts += c;
   const std::span<const std::byte> bytes(*samples);
-  return Volume(volume.size(), volume.type(), volume.world_from_voxel(), bytes, std::move(samples));
+  return Volume(extent.size(), volume.type(), world_from_voxel_of(volume, extent), bytes,
+                std::move(samples));
 }
+
+glm::dmat4 world_from_voxel_of(const Volume& volume, const VoxelBox& extent) {
+  return glm::translate(volume.world_from_voxel(), glm::dvec3(extent.lo));
+}
+
+void for_each_brick(const VoxelBox& extent, WorkerPool& pool,
+                    const std::function<void(const VoxelBox& voxels, int worker)>& f) {
+  const BrickIndex first = BrickGrid::brick_of(extent.lo);
+  const glm::ivec3 bricks = BrickGrid::brick_of(extent.hi - 1) - first + 1;
+  pool.for_each(voxel_count(bricks), [&](std::int64_t i, int worker) {
+    const VoxelIndex lo = (first + voxel_index(i, bricks)) * kBrickEdge;
+    f(intersection({lo, lo + kBrickEdge}, extent), worker);
+  });
+}
+
+const Volume& Resampler::volume() const { return state_->volume; }
 
 }  // namespace maille

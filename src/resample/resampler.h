@@ -14,6 +14,7 @@
 // last element, and nothing is interpolated across (cut_cell.h).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -50,6 +51,10 @@ class Resampler {
   void rest_positions(const VoxelBox& voxels, std::span<glm::vec3> out) const;
   void rest_positions(std::int64_t brick, std::span<glm::vec3> out) const;
 
+  // The smallest box, or nearly, around the volume and all that has been moved out of it.
+  VoxelBox extent() const;
+  const Volume& volume() const;
+
   // Rest position of a point of the deformed volume. nullopt: outside of it.
   std::optional<glm::dvec3> rest_position(glm::dvec3 point_voxel) const;
 
@@ -61,9 +66,16 @@ class Resampler {
 // Cells of the lattice with a corner turned inside out. A cut cell holds nothing that could fold.
 std::int64_t count_folded_cells(const Lattice& lattice, const Cuts& cuts, WorkerPool& pool);
 
-// The whole deformed volume, for saving.
-Volume resample_volume(const Volume& volume, const Lattice& lattice, const Cuts& cuts,
-                       ResampleMethod method, double background_value, WorkerPool& pool,
+// Calls f for the parts of a box of voxels that lie in one brick each: of the volume's, or of the
+// grid as it goes on beyond it.
+void for_each_brick(const VoxelBox& extent, WorkerPool& pool,
+                    const std::function<void(const VoxelBox& voxels, int worker)>& f);
+
+// Where a box of a volume's voxels lies in the world.
+glm::dmat4 world_from_voxel_of(const Volume& volume, const VoxelBox& extent);
+
+// The deformed volume in a box of voxels, for saving: its first voxel is the box's lowest.
+Volume resample_volume(const Resampler& resampler, const VoxelBox& extent, WorkerPool& pool,
                        ResampleCounts& counts);
 
 }  // namespace maille

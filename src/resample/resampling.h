@@ -23,6 +23,10 @@ struct Resampling {
         background_value(background) {}
 
   Size3 size() const { return volume.size(); }
+  // Whether nothing but a cut or carving can have left a voxel with nothing.
+  bool must_be_filled(VoxelIndex voxel) const {
+    return !deformed.border_moved && contains(size(), voxel);
+  }
 };
 
 // The value at rest of an element of the volume.

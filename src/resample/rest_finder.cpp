@@ -10,8 +10,11 @@
 namespace maille {
 namespace {
 
-// How far rounding may put a point on the wrong side of a cell's bounds.
-constexpr float kBoundsSlack_voxels = 1e-3f;
+// Flat faces of tetrahedra would meet bent ones of octants, with slivers between them that belong
+// to neither.
+CellMap map_of(const Sight& sight, const VoxelBox& voxels) {
+  return sight.cut(voxels) ? CellMap::trilinear : sight.volume().cell_map;
+}
 
 // A point that misses its cell beyond the volume's border is outside the volume.
 bool beyond_border(VoxelIndex base, glm::vec3 t, Size3 size) {
@@ -46,7 +49,7 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
       corner |= static_cast<std::size_t>(upper) << c;
       element[c] += upper;
     }
-    Claim claim{score_of(t, cell.corner[corner], point, volume), linear_index(element, size),
+    Claim claim{score_of(cell.corner[corner], point, volume), linear_index(element, size),
                 rest_in_cell(base, glm::clamp(t, 0.0f, 1.0f), size)};
     // Cells that are flat there have no better answer than the element itself.
     if (is_at(cell.corner[corner], point)) claim.rest = glm::vec3(element);
@@ -58,10 +61,11 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
 // Gives open voxels the rest positions that cells claim.
 void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, ClaimPass pass) {
   const DeformedVolume& volume = sight.volume();
+  const CellMap map = map_of(sight, box);
   const bool only_uncovered = pass != ClaimPass::inside;
   const glm::ivec3 extent = box.size();
   sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry&) {
-    const float slack = only_uncovered ? kNearMiss_cells : 0.0f;
+    const float slack = only_uncovered ? kBoundsSlack_voxels : 0.0f;
     for_each_moved_cell(
         volume.lattice, volume.cuts_or_null(), cells, box.lo, glm::vec3(-slack),
         glm::vec3(extent - 1) + slack,
@@ -85,7 +89,7 @@ void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, 
               for (int x = first.x; x <= last.x; ++x) {
                 const auto i = static_cast<std::size_t>((z * extent.y + y) * extent.x + x);
                 if (!claims.is_open(i, pass)) continue;
-                if (!inverse) inverse.emplace(cell, volume.cell_map);
+                if (!inverse) inverse.emplace(cell, map);
                 const auto claim = claim_of(cell, *inverse, base, glm::vec3(x, y, z), volume);
                 if (claim) claims.take(i, *claim);
               }
@@ -125,18 +129,20 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
   const auto take = [&](const std::optional<Claim>& claim) {
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   };
+  const VoxelBox voxels{origin, origin + 2};
+  const CellMap map = map_of(Sight(volume, voxels), voxels);
   for (const DeformedVolume::Entry& entry : volume.entries) {
     const VoxelBox cells = entry.cover.cells_over(point_voxel);
     for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
                         [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-                          const CellInverse inverse(cell, volume.cell_map);
+                          const CellInverse inverse(cell, map);
                           take(claim_of(cell, inverse, base, point, volume));
                         });
     if (!entry.cut) continue;
     for_each_moved_cell<CellKind::cut>(
         volume.lattice, &volume.cuts, cells, origin, low, high,
         [&](const DeformedCell& cell, VoxelIndex base, Float4, Float4) {
-          take(cut_claim(volume, cell, base, origin, point, ClaimPass::left_out));
+          take(cut_claim(volume, cell, base, origin, point));
         });
   }
   // The cell that holds the point at rest, if all of it rests.
@@ -152,7 +158,7 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     CornerPlanes planes(volume.lattice, nullptr, here, origin);
     planes.advance_to(origin.z);
     const DeformedCell cell = CellRow(planes, origin.y, origin.z, 1).cell(0);
-    const auto claim = cut_claim(volume, cell, origin, origin, point, ClaimPass::inside);
+    const auto claim = cut_claim(volume, cell, origin, origin, point);
     if (claim) score_at_rest = claim->score;
   } else if (rests) {
     const glm::vec3 away = (point - glm::round(point)) * volume.spacing_mm;

@@ -32,6 +32,8 @@ inline VoxelBox united(const VoxelBox& a, const VoxelBox& b) {
   return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
 }
 
+inline VoxelBox shifted(const VoxelBox& box, glm::ivec3 by) { return {box.lo + by, box.hi + by}; }
+
 class BrickGrid {
  public:
   BrickGrid() = default;

@@ -98,8 +98,8 @@ TEST(DeformCommand, RigidMaterialMovesWholeByVoxelsOrMillimetres) {
         "actions": [{"drag": {"from": {"voxel": [18, 17, 16]}, "radius_voxels": 2, )") +
                                           by + "}}]}");
     const auto run =
-        run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--forward-field",
-                    folder("forward.nrrd"), "--stats", folder("stats.json")});
+        run_maille({"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--extent", "keep",
+                    "--forward-field", folder("forward.nrrd"), "--stats", folder("stats.json")});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const auto in = load(folder / "in.nrrd");
     const auto out = load(folder / "out.nrrd");

@@ -146,7 +146,8 @@ void resample(benchmark::State& state) {
                  std::vector<std::int16_t>(static_cast<std::size_t>(voxel_count(kSize)), 7));
   static_cast<void>(deformer->begin_stroke(kSize / 2, 4));
   drag(*deformer);
-  const auto dirty = dirty_bricks(Lattice(kSize), Cuts(kSize), deformer->lattice(), Cuts(kSize));
+  const auto dirty = dirty_bricks(Lattice(kSize), Cuts(kSize), deformer->lattice(), Cuts(kSize),
+                                  {VoxelIndex(0), kSize}, method);
   const Resampler resampler(volume, deformer->lattice(), Cuts(kSize), method, 0.0);
   std::vector<std::byte> brick(kBrickVoxels * sizeof(std::int16_t));
   ResampleCounts counts;

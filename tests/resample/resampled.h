@@ -22,7 +22,8 @@ inline Resampled resampled(const Volume& volume, const Lattice& lattice, const C
                            ResampleMethod method, int threads = 1) {
   WorkerPool pool(threads);
   ResampleCounts counts;
-  Volume out = resample_volume(volume, lattice, cuts, method, kBackground, pool, counts);
+  const Resampler resampler(volume, lattice, cuts, method, kBackground);
+  Volume out = resample_volume(resampler, {VoxelIndex(0), volume.size()}, pool, counts);
   return {std::move(out), counts};
 }
 

@@ -22,8 +22,8 @@ Resampled resampled(const Volume& volume, const Lattice& lattice, ResampleMethod
                     double background = -1.0, int threads = 2) {
   WorkerPool pool(threads);
   ResampleCounts counts;
-  Volume out =
-      resample_volume(volume, lattice, Cuts(volume.size()), method, background, pool, counts);
+  const Resampler resampler(volume, lattice, Cuts(volume.size()), method, background);
+  Volume out = resample_volume(resampler, {VoxelIndex(0), volume.size()}, pool, counts);
   return {std::move(out), counts};
 }
 
@@ -375,11 +375,15 @@ TEST(DirtyBricks, HoldEveryChange) {
   const Lattice rest(size);
   const Lattice a = pulled({50, 40, 35}, {7, -9, 3});
   const Lattice b = pulled({30, 60, 35}, {-8, 4, 2});
+  const auto dirty_between = [&](const Lattice& before, const Lattice& after,
+                                 ResampleMethod method) {
+    return dirty_bricks(before, Cuts(size), after, Cuts(size), {VoxelIndex(0), size}, method);
+  };
   const std::vector<std::pair<Lattice, Lattice>> changes = {
       {rest, a}, {a, rest}, {a, b}, {rest, rest}};
   for (const auto& [before, after] : changes) {
-    const auto dirty = dirty_bricks(before, Cuts(size), after, Cuts(size));
-    for (const ResampleMethod method : kMethods) {
+    for (const ResampleMethod method : kResampleMethods) {
+      const auto dirty = dirty_between(before, after, method);
       const Volume old_volume = resampled(volume, before, method).volume;
       const Volume new_volume = resampled(volume, after, method).volume;
       for (int z = 0; z < size.z; ++z) {
@@ -394,9 +398,10 @@ TEST(DirtyBricks, HoldEveryChange) {
       }
     }
   }
-  EXPECT_TRUE(dirty_bricks(a, Cuts(size), a, Cuts(size)).empty());
-  EXPECT_LT(dirty_bricks(rest, Cuts(size), a, Cuts(size)).size(),
-            static_cast<std::size_t>(rest.grid().count()));
+  for (const ResampleMethod method : kResampleMethods) {
+    EXPECT_TRUE(dirty_between(a, a, method).empty());
+    EXPECT_LT(dirty_between(rest, a, method).size(), static_cast<std::size_t>(rest.grid().count()));
+  }
 }
 
 }  // namespace
