@@ -48,8 +48,8 @@ Played play(const Folder& folder, const std::string& actions, std::vector<std::s
              R"({"volume": {"file": "in.nrrd"}, "materials": {"table": [{"values": [0, 1000],
                  "compress": 0.5, "stretch": 1.5, "shear": 0.2}]}, "actions": [)" +
                  actions + "]}");
-  words.insert(words.begin(), {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--stats",
-                               folder("stats.json")});
+  words.insert(words.begin(), {"deform", folder("scene.json"), "-o", folder("out.nrrd"), "--extent",
+                               "keep", "--stats", folder("stats.json")});
   Played played{run_maille(words, environment), {}, {}};
   if (played.run.exit_code != 0) return played;
   played.stats = nlohmann::json::parse(read_file(folder / "stats.json"));

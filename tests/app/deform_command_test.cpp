@@ -6,22 +6,12 @@
 #include <nlohmann/json.hpp>
 
 #include "material/material_table.h"
+#include "tests/app/field_file.h"
 #include "tests/app/program.h"
 #include "volume/volume_file.h"
 
 namespace maille::test {
 namespace {
-
-// Floats after the header of an uncompressed NRRD, read without any code of the program.
-std::vector<glm::vec3> read_field(const std::filesystem::path& path) {
-  const auto text = read_file(path);
-  const auto header = text.find("\n\n");
-  EXPECT_NE(header, std::string::npos);
-  EXPECT_NE(text.substr(0, header).find("type: float"), std::string::npos);
-  std::vector<glm::vec3> vectors((text.size() - header - 2) / sizeof(glm::vec3));
-  std::memcpy(vectors.data(), text.data() + header + 2, vectors.size() * sizeof(glm::vec3));
-  return vectors;
-}
 
 Volume load(const std::filesystem::path& path) {
   auto volume = read_volume(path);
