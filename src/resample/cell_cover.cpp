@@ -33,8 +33,8 @@ CellCover::CellCover(const Lattice& lattice, const Reach& reach, bool cut)
       cut_(cut),
       covered_(reach.covered()),
       blocks_(std::make_unique<Blocks>()) {
-  // Up to here the blocks' own bounds would not be much tighter.
-  constexpr int kClose_voxels = 4;
+  // Up to here looking at the elements takes longer than those too many that bounds let through.
+  constexpr int kClose_voxels = 12;
   const glm::ivec3 spread = reach.u_highest - reach.u_lowest;
   bounds_say_enough_ = std::max({spread.x, spread.y, spread.z}) <= kClose_voxels * kUnitsPerVoxel;
 }

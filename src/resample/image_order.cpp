@@ -197,6 +197,14 @@ bool resample_in_image_order(const Resampling& resampling, const Sight& sight,
       last = around;
       around = std::max(around, nearest->around_voxels());
     }
+    // Bounds of a part are tighter, but its tile holds more that it shares with others; and where
+    // material is squeezed many elements are near anyway.
+    constexpr float kManyCandidates = 64.0f;
+    const Size3 extent = voxels.size();
+    const bool can_be_parted =
+        std::max({extent.x, extent.y, extent.z}) > kSmallestPart &&
+        voxel_count(march->tile().elements().size()) < 8 * voxel_count(extent);
+    if (can_be_parted && nearest->candidates() > kManyCandidates) return false;
   }
   with_voxel_type(resampling.volume.type(), [&]<class T>() {
     const auto by = [&](auto&& values) {

@@ -7,8 +7,11 @@
 
 namespace maille {
 
-// False where that is not known; nothing has been written and counted then. voxels: in
-// sight and in the target.
+// Boxes are tried in parts down to this edge.
+inline constexpr int kSmallestPart = 8;
+
+// False where that is not known, or a part of the voxels would do better; nothing has been written
+// and counted then. voxels: in sight and in the target.
 bool resample_in_image_order(const Resampling& resampling, const Sight& sight,
                              const VoxelBox& voxels, const VoxelTarget& target,
                              ResampleCounts& counts);

@@ -38,6 +38,9 @@ NearestSearch::NearestSearch(const DisplacementTile& tile,
   // A point is no further from some corner of its cell than half the diagonal of the cell's bounds.
   const float furthest_mm = glm::length(0.5f * injection.largest_cell_voxels * spacing_mm);
   const float most = furthest_mm / std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z});
+  // Most points are not the furthest.
+  const glm::vec3 looked_at = glm::vec3(1.0f) + 2.0f * reach * (0.4f * furthest_mm);
+  candidates_ = looked_at.x * looked_at.y * looked_at.z;
   constexpr float kMost = 1e6f;
   around_voxels_ = static_cast<int>(std::min(most, kMost)) + 1;
 }

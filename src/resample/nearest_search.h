@@ -26,6 +26,8 @@ class NearestSearch {
   NearestSearch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
                 glm::vec3 spacing_mm);
 
+  // How many elements a search looks at, typically, beyond the eight it begins with.
+  float candidates() const { return candidates_; }
   // So far around the points the tile must hold all elements there are.
   int around_voxels() const { return around_voxels_; }
 
@@ -44,6 +46,7 @@ class NearestSearch {
   std::array<Float4, 8> corner_{};  // from the lowest; where there is one layer only, itself
   std::array<std::ptrdiff_t, 8> offset_{};  // the same, in the tile
   Float4 reach_{};                          // voxels at rest for each mm of distance
+  float candidates_ = std::numeric_limits<float>::infinity();
   int around_voxels_ = std::numeric_limits<int>::max();
 };
 

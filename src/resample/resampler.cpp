@@ -26,17 +26,17 @@ namespace {
 // when they are small in object order: a fold or a cut slows down its surroundings only.
 template <class ImageOrder, class ObjectOrder>
 void in_parts(const VoxelBox& voxels, ImageOrder&& image_order, ObjectOrder&& object_order) {
-  constexpr int kSmallest = 8;
   if (voxels.empty() || image_order(voxels)) return;
   const glm::ivec3 extent = voxels.size();
-  if (std::max({extent.x, extent.y, extent.z}) <= kSmallest) {
+  if (std::max({extent.x, extent.y, extent.z}) <= kSmallestPart) {
     object_order(voxels);
     return;
   }
   for (int part = 0; part < 8; ++part) {
     VoxelBox eighth = voxels;
     for (int c = 0; c < 3; ++c) {
-      const int half = extent[c] > kSmallest ? voxels.lo[c] + (extent[c] + 1) / 2 : voxels.hi[c];
+      const int half =
+          extent[c] > kSmallestPart ? voxels.lo[c] + (extent[c] + 1) / 2 : voxels.hi[c];
       if ((part >> c & 1) != 0) {
         eighth.lo[c] = half;
       } else {
