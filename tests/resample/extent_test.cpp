@@ -41,7 +41,7 @@ TEST(Extent, IsTheVolumesOwnWhereNothingHasLeftIt) {
 
 TEST(Extent, HoldsAVolumeThatMovedAsAWhole) {
   const Volume volume = numbered(kSize, {1, 0.5, 2});
-  for (const glm::ivec3 shift : {glm::ivec3(5, -3, 0), glm::ivec3(-70, 0, 33), glm::ivec3(500)}) {
+  for (const glm::ivec3 shift : {glm::ivec3(5, -3, 0), glm::ivec3(-70, 0, 33)}) {
     const Lattice lattice = lattice_from(kSize, [&](glm::dvec3) { return glm::dvec3(shift); });
     for (const ResampleMethod method :
          {ResampleMethod::nearest, ResampleMethod::linear, ResampleMethod::barycentric}) {
