@@ -9,7 +9,7 @@
 
 namespace maille {
 
-// Gives open voxels of a brick the rest positions that octants of moved cut cells claim, and notes
+// Gives open voxels of a box the rest positions that octants of moved cut cells claim, and notes
 // the voxels that a cut may have left with nothing.
 void claim_cut_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, ClaimPass pass);
 

@@ -12,7 +12,7 @@ enum class ResampleMethod {
   nearest,      // the value of the element that lies nearest (in mm): labels, masks
   linear,       // of X, trilinear in the volume at rest; u is trilinear in each cell
   barycentric,  // of X, linear in the tetrahedron of six in its cell that holds it, and so is u
-  rbf,          // smoothed: weighted_values.h
+  rbf,          // smoothed: gaussian_mean.h
 };
 
 inline constexpr std::array kResampleMethods = {ResampleMethod::nearest, ResampleMethod::linear,

@@ -8,7 +8,6 @@
 
 #include "core/stopwatch.h"
 #include "core/trace.h"
-#include "resample/brick_set.h"
 #include "resample/claims.h"
 #include "resample/corner_planes.h"
 #include "resample/image_order.h"

@@ -1,4 +1,4 @@
-// Which point of the volume at rest lies here now? The inverse of the cells' trilinear maps.
+// Which point of the volume at rest lies here now? The inverse of the cells' maps.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace maille {
 
-// Gives every open voxel of a brick its rest position, if the voxel lies in the deformed volume.
+// Gives every open voxel of a box its rest position, if the voxel lies in the deformed volume.
 void find_rest(const Sight& sight, const VoxelBox& box, BrickClaims& claims);
 
 // Rest position of any point of the deformed volume. nullopt: outside of it.
