@@ -125,11 +125,11 @@ class Document {
   Result<CutSurface> surface_of(const CutAction& action) const;
   Error too_few_steps(const std::string& action, int there, int wanted) const;
 
-  Scene scene_;
-  DocumentOptions options_;
   Result<VoxelBox> extent_of(const SaveAction& action, const Resampler& resampler) const;
   Result<void> save_at_rest(const SaveAction& action);
 
+  Scene scene_;
+  DocumentOptions options_;
   Plan plan_;
   WorkerPool pool_;
   RunStatistics statistics_;

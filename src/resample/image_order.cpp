@@ -1,6 +1,9 @@
 #include "resample/image_order.h"
 
+#include <algorithm>
 #include <bit>
+#include <limits>
+#include <optional>
 
 #include "resample/gaussian_mean.h"
 #include "resample/nearest_search.h"
@@ -21,7 +24,7 @@ constexpr std::uint32_t first_bits(int count) {
 template <class T>
 class ByCell {
  public:
-  ByCell(const Resampling& resampling, const RestMarch&)
+  explicit ByCell(const Resampling& resampling)
       : values_(resampling.volume.voxels<T>()), map_(resampling.deformed.cell_map) {}
 
   void operator()(RowSampler& sampler, const Float4* rest, VoxelIndex, int count, T* row) const {
@@ -213,7 +216,7 @@ bool resample_in_image_order(const Resampling& resampling, const Sight& sight,
     switch (resampling.method) {
       case ResampleMethod::nearest: return by(ByNearest<T>(resampling, *march, *nearest));
       case ResampleMethod::linear:
-      case ResampleMethod::barycentric: return by(ByCell<T>(resampling, *march));
+      case ResampleMethod::barycentric: return by(ByCell<T>(resampling));
       case ResampleMethod::rbf: return by(ByMean<T>(resampling, *march, *nearest));
     }
   });

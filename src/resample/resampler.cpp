@@ -172,6 +172,10 @@ ResampleCounts Resampler::resample(const VoxelBox& voxels, std::span<std::byte> 
   in_parts(
       coverable,
       [&](const VoxelBox& part) {
+        if (sight.coverable(part).empty()) {
+          state.keep(part, target, counts);
+          return true;
+        }
         return resample_in_image_order(state, sight, part, target, counts);
       },
       [&](const VoxelBox& part) { resample_in_object_order(state, sight, part, target, counts); });
@@ -204,9 +208,22 @@ void Resampler::rest_positions(const VoxelBox& voxels, std::span<glm::vec3> out)
     const VoxelIndex first = part.lo + VoxelIndex(0, row % part.size().y, row / part.size().y);
     return out.begin() + linear_index(first - voxels.lo, voxels.size());
   };
+  const auto by_claims = [&](const VoxelBox& part) {
+    static thread_local BrickClaims claims;
+    claims.open(deformed, part);
+    find_rest(sight, part, claims);
+    const int width = part.size().x;
+    for (std::int64_t row = 0; row < voxel_count(part.size()) / width; ++row) {
+      std::copy_n(claims.rest.begin() + row * width, width, row_of(part, row));
+    }
+  };
   in_parts(
       voxels,
       [&](const VoxelBox& part) {
+        if (sight.coverable(part).empty()) {  // no one claims what does not rest
+          by_claims(part);
+          return true;
+        }
         auto march = march_through(sight, part);
         if (!march) return false;
         const VoxelIndex first = march->tile().elements().lo;
@@ -222,15 +239,7 @@ void Resampler::rest_positions(const VoxelBox& voxels, std::span<glm::vec3> out)
         }
         return true;
       },
-      [&](const VoxelBox& part) {
-        static thread_local BrickClaims claims;
-        claims.open(deformed, part);
-        find_rest(sight, part, claims);
-        const int width = part.size().x;
-        for (std::int64_t row = 0; row < voxel_count(part.size()) / width; ++row) {
-          std::copy_n(claims.rest.begin() + row * width, width, row_of(part, row));
-        }
-      });
+      by_claims);
 }
 
 std::optional<glm::dvec3> Resampler::rest_position(glm::dvec3 point_voxel) const {

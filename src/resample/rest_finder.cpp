@@ -12,8 +12,8 @@ namespace {
 
 // Flat faces of tetrahedra would meet bent ones of octants, with slivers between them that belong
 // to neither.
-CellMap map_of(const Sight& sight, const VoxelBox& voxels) {
-  return sight.cut(voxels) ? CellMap::trilinear : sight.volume().cell_map;
+CellMap map_of(const DeformedVolume& volume, bool cut) {
+  return cut ? CellMap::trilinear : volume.cell_map;
 }
 
 // A point that misses its cell beyond the volume's border is outside the volume.
@@ -59,9 +59,9 @@ std::optional<Claim> claim_of(const DeformedCell& cell, const CellInverse& inver
 }
 
 // Gives open voxels the rest positions that cells claim.
-void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, ClaimPass pass) {
+void claim_voxels(const Sight& sight, const VoxelBox& box, CellMap map, BrickClaims& claims,
+                  ClaimPass pass) {
   const DeformedVolume& volume = sight.volume();
-  const CellMap map = map_of(sight, box);
   const bool only_uncovered = pass != ClaimPass::inside;
   const glm::ivec3 extent = box.size();
   sight.for_each_cells_over(box, [&](const VoxelBox& cells, const DeformedVolume::Entry&) {
@@ -71,7 +71,7 @@ void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, 
         glm::vec3(extent - 1) + slack,
         [&](const DeformedCell& cell, VoxelIndex base, Float4 lowest, Float4 highest) {
           // Bounds are half open: a voxel on a face that two cells share is looked at once. One
-          // that rounding or a fold leaves out is found by the pass for the uncovered.
+          // that rounding leaves out is found by the pass for the uncovered.
           glm::ivec3 first, last;
           for (int c = 0; c < 3; ++c) {
             const float low = std::max(lowest[c] - slack, 0.0f);
@@ -103,8 +103,9 @@ void claim_voxels(const Sight& sight, const VoxelBox& box, BrickClaims& claims, 
 
 void find_rest(const Sight& sight, const VoxelBox& box, BrickClaims& claims) {
   const bool cut = sight.cut(box);
+  const CellMap map = map_of(sight.volume(), cut);
   const auto claim = [&](ClaimPass pass) {
-    claim_voxels(sight, box, claims, pass);
+    claim_voxels(sight, box, map, claims, pass);
     if (cut) claim_cut_voxels(sight, box, claims, pass);
   };
   claim(ClaimPass::inside);
@@ -130,7 +131,7 @@ std::optional<glm::dvec3> rest_position_of(const DeformedVolume& volume, glm::dv
     if (claim && (!best || claim->beats(best->score, best->element))) best = claim;
   };
   const VoxelBox voxels{origin, origin + 2};
-  const CellMap map = map_of(Sight(volume, voxels), voxels);
+  const CellMap map = map_of(volume, Sight(volume, voxels).cut(voxels));
   for (const DeformedVolume::Entry& entry : volume.entries) {
     const VoxelBox cells = entry.cover.cells_over(point_voxel);
     for_each_moved_cell(volume.lattice, volume.cuts_or_null(), cells, origin, low, high,
