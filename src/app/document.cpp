@@ -186,8 +186,8 @@ ViewUpdate Document::take_view() {
   ViewUpdate update;
   if (!plan_.resampling) return update;
   const trace::Span span("prepare view");
-  update.bricks =
-      dirty_bricks(shown_, shown_cuts_, lattice(), cuts(), shown_extent(), scene_.resampling);
+  update.bricks = dirty_bricks(shown_, shown_cuts_, lattice(), cuts(), volume_.spacing_mm(),
+                               shown_extent(), scene_.resampling);
   shown_ = lattice();
   shown_cuts_ = cuts();
   update.resampler = std::make_shared<const Resampler>(resampler());

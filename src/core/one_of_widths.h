@@ -7,6 +7,15 @@
 // in place of 13, rest_march.cpp on the machine that this was written on).
 #pragma once
 
+namespace maille {
+
+enum class Registers {
+  widest,  // that the machine has
+  narrow   // 16 bytes, to compare with
+};
+
+}  // namespace maille
+
 #if defined(__x86_64__) && defined(__GNUC__)
 #define MAILLE_ONE_OF_WIDTHS(Result, name, function, parameters, arguments)                     \
   __attribute__((target("avx2"))) Result name##_32 parameters { return function<2> arguments; } \

@@ -25,12 +25,14 @@ void BrickCorner::read_elements(const Lattice& lattice) {
       for (int x = with_next_.lo.x; x < with_next_.hi.x;) {
         const BrickIndex brick = BrickGrid::brick_of({x, y, z});
         const LatticeBrick* from = lattice.brick(lattice.grid().linear(brick));
-        const int row = element_in_brick({0, y, z}) / kBrickEdge;
         const int count = std::min(with_next_.hi.x, (x | 31) + 1) - x;
         for (int c = 0; c < 3; ++c) {
-          std::int32_t u[kBrickEdge] = {};
-          if (from) from->read_row(c, row, u);
-          std::copy_n(u + (x & 31), count, &u_[static_cast<std::size_t>(c)][at]);
+          std::int32_t* const u = &u_[static_cast<std::size_t>(c)][at];
+          if (from) {
+            from->read_row(c, element_in_brick({x, y, z}), count, u);
+          } else {
+            std::fill_n(u, count, 0);
+          }
         }
         at += static_cast<std::size_t>(count);
         x += count;

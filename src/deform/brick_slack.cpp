@@ -81,7 +81,7 @@ void read_row(const DisplacementPlane* plane, int row, std::int32_t sign, std::i
     std::fill_n(u, kBrickEdge, 0);
     return;
   }
-  plane->read_row(row, u);
+  plane->read_row(row * kBrickEdge, kBrickEdge, u);
   for (int x = 0; x < kBrickEdge; ++x) u[x] *= sign;
 }
 

@@ -170,7 +170,7 @@ class DragSolver {
       std::int32_t* out = &u[static_cast<std::size_t>(row * kBrickEdge)];
       const L* label = labels + row * kBrickEdge;
       if (plane) {
-        plane->read_row(row, out);
+        plane->read_row(row * kBrickEdge, kBrickEdge, out);
       } else {
         std::fill_n(out, kBrickEdge, 0);
       }

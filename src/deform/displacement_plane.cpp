@@ -108,24 +108,30 @@ DisplacementPlane::Pointer DisplacementPlane::adopt(const Known& known,
   return plane;
 }
 
-void DisplacementPlane::read_row(int row, std::int32_t* u) const {
-  const auto first = static_cast<std::size_t>(row) * kBrickEdge;
-  const auto add_base = [&](const std::uint16_t* offset) {
-    for (int x = 0; x < kBrickEdge; ++x) u[x] = base_ + step_ * offset[x];
-  };
+namespace {
+
+MAILLE_FOR_SEVERAL_WIDTHS
+void add_base(std::int32_t base, std::int32_t step, const std::uint16_t* offset, int count,
+              std::int32_t* u) {
+  for (int x = 0; x < count; ++x) u[x] = base + step * offset[x];
+}
+
+}  // namespace
+
+void DisplacementPlane::read_row(int first, int count, std::int32_t* u) const {
   if (offsets_) {
-    add_base(&offsets_[first]);
+    add_base(base_, step_, &offsets_[static_cast<std::size_t>(first)], count, u);
   } else if (wide_) {
-    std::copy_n(&wide_[first], kBrickEdge, u);
+    std::copy_n(&wide_[static_cast<std::size_t>(first)], count, u);
   } else if (paged_) {
     const PagedArray::Pin values(*paged_);
     if (paged_->value_bytes() == sizeof(std::uint16_t)) {
-      add_base(values.as<std::uint16_t>() + first);
+      add_base(base_, step_, values.as<std::uint16_t>() + first, count, u);
     } else {
-      std::copy_n(values.as<std::int32_t>() + first, kBrickEdge, u);
+      std::copy_n(values.as<std::int32_t>() + first, count, u);
     }
   } else {
-    std::fill_n(u, kBrickEdge, base_);
+    std::fill_n(u, count, base_);
   }
 }
 

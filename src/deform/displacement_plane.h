@@ -42,8 +42,8 @@ class DisplacementPlane {
     if (offsets_) return base_ + step_ * offsets_[e];
     return wide_ ? wide_[e] : base_;
   }
-  // 32 values from a row (element 32 * row) on.
-  void read_row(int row, std::int32_t* u) const;
+  // So many values of a row from an element on.
+  void read_row(int first, int count, std::int32_t* u) const;
 
   // Over the elements in the volume; and the box of those with u != 0, in voxels of the volume.
   std::int32_t lowest() const { return lowest_; }

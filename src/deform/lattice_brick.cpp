@@ -30,11 +30,11 @@ LatticeBrick::Pointer LatticeBrick::create(Planes planes) {
   return brick;
 }
 
-void LatticeBrick::read_row(int component, int row, std::int32_t* u) const {
+void LatticeBrick::read_row(int component, int first, int count, std::int32_t* u) const {
   if (const auto& p = plane(component)) {
-    p->read_row(row, u);
+    p->read_row(first, count, u);
   } else {
-    std::fill_n(u, kBrickEdge, 0);
+    std::fill_n(u, count, 0);
   }
 }
 
@@ -54,8 +54,9 @@ bool same_displacements(const LatticeBrick* a, const LatticeBrick* b, const Voxe
       for (int y = 0; y < extent.y; ++y) {
         std::int32_t of_a[kBrickEdge];
         std::int32_t of_b[kBrickEdge];
-        a->read_row(c, z * kBrickEdge + y, of_a);
-        b->read_row(c, z * kBrickEdge + y, of_b);
+        const int row = (z * kBrickEdge + y) * kBrickEdge;
+        a->read_row(c, row, extent.x, of_a);
+        b->read_row(c, row, extent.x, of_b);
         if (!std::equal(of_a, of_a + extent.x, of_b)) return false;
       }
     }

@@ -39,8 +39,8 @@ class LatticeBrick {
     }
     return value;
   }
-  // 32 values of a component from a row (element 32 * row) on.
-  void read_row(int component, int row, std::int32_t* u) const;
+  // So many values of a component in a row, from an element on.
+  void read_row(int component, int first, int count, std::int32_t* u) const;
 
   // Least and greatest u over the elements in the volume, and the box of those with u != 0 (voxels
   // of the volume).

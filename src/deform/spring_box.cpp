@@ -102,11 +102,12 @@ void SpringBox::read_brick(const LatticeBrick* brick, const VoxelBox& voxels, gl
     for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
       for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
         std::int32_t u[kBrickEdge] = {};
-        if (brick) brick->read_row(c, (z & 31) * kBrickEdge + (y & 31), u);
-        float* const row = &to[static_cast<std::size_t>(c)][element({voxels.lo.x, y, z})];
-        for (int x = 0; x < voxels.size().x; ++x) {
-          const std::int32_t at = u[(voxels.lo.x + x) & 31];
-          row[x] = static_cast<float>(at - less[c]) * mm_from_units;
+        const VoxelIndex first{voxels.lo.x, y, z};
+        const int count = voxels.size().x;
+        if (brick) brick->read_row(c, element_in_brick(first), count, u);
+        float* const row = &to[static_cast<std::size_t>(c)][element(first)];
+        for (int x = 0; x < count; ++x) {
+          row[x] = static_cast<float>(u[x] - less[c]) * mm_from_units;
         }
       }
     }
@@ -352,7 +353,7 @@ Lattice SpringBox::lattice(const Lattice& published, WorkerPool& pool) const {
       for (int r = 0; r < kBrickEdge * kBrickEdge; ++r) {
         std::int32_t* const u = &brick->u[c][r * kBrickEdge];
         if (from) {
-          from->read_row(c, r, u);
+          from->read_row(c, r * kBrickEdge, kBrickEdge, u);
         } else {
           std::fill(u, u + kBrickEdge, 0);
         }

@@ -49,11 +49,10 @@ CornerRow CornerPlanes::fill_row(Float4* out, int y, int z) const {
     const LatticeBrick* brick = lattice_.brick(grid.linear(BrickGrid::brick_of(first)));
     std::int32_t u[3][kBrickEdge];
     if (brick) {
-      for (int c = 0; c < 3; ++c) {
-        brick->read_row(c, element_in_brick(first) / kBrickEdge, u[c]);
-      }
+      const int count = x < 0 ? 1 : end - x;
+      for (int c = 0; c < 3; ++c) brick->read_row(c, element_in_brick(first), count, u[c]);
     }
-    int in_row = first.x & 31;
+    int in_row = 0;
     for (; x < end; ++x, ++in_row) {
       const float rest_x = rest_coordinate(x, size.x) - static_cast<float>(origin_.x);
       Float4 corner{rest_x, rest_y, rest_z, 0.0f};

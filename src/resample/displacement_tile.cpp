@@ -1,6 +1,7 @@
 #include "resample/displacement_tile.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/several_widths.h"
@@ -10,20 +11,10 @@ namespace {
 
 constexpr float kVoxelsFromUnits = 1.0f / kUnitsPerVoxel;
 
-// Least and greatest of the edges along one axis, as columns of d x / d X.
-struct Bounds {
-  Float4 lowest = splat(std::numeric_limits<float>::max());
-  Float4 highest = splat(std::numeric_limits<float>::lowest());
-
-  void take(Float4 edge) {
-    lowest = least(lowest, edge);
-    highest = greatest(highest, edge);
-  }
-};
-
 // Of the elements of a row, and of those a step on from them: four at a time.
 MAILLE_FOR_SEVERAL_WIDTHS
-void take_edges(const Float4* at, std::ptrdiff_t step, int count, Bounds& bounds) {
+void take_edges(const Float4* at, std::ptrdiff_t step, int count, std::size_t axis,
+                EdgeBounds& bounds) {
   using Four = float __attribute__((vector_size(64)));
   Four lowest = Four{} + std::numeric_limits<float>::max();
   Four highest = -lowest;
@@ -39,11 +30,50 @@ void take_edges(const Float4* at, std::ptrdiff_t step, int count, Bounds& bounds
   Float4 parts[2][4];
   __builtin_memcpy(parts[0], &lowest, sizeof lowest);
   __builtin_memcpy(parts[1], &highest, sizeof highest);
+  Float4& lowest_of_all = bounds.lowest[axis];
+  Float4& highest_of_all = bounds.highest[axis];
   for (int i = 0; i < 4; ++i) {
-    bounds.lowest = least(bounds.lowest, parts[0][i]);
-    bounds.highest = greatest(bounds.highest, parts[1][i]);
+    lowest_of_all = least(lowest_of_all, parts[0][i]);
+    highest_of_all = greatest(highest_of_all, parts[1][i]);
   }
-  for (; x < count; ++x) bounds.take(at[x + step] - at[x]);
+  for (; x < count; ++x) {
+    const Float4 edge = at[x + step] - at[x];
+    lowest_of_all = least(lowest_of_all, edge);
+    highest_of_all = greatest(highest_of_all, edge);
+  }
+}
+
+// The fourth lane: 1 where it has moved.
+MAILLE_FOR_SEVERAL_WIDTHS
+void write_out(const std::int32_t (&u)[3][kBrickEdge], glm::ivec3 common, int count, Float4* to) {
+  auto* const lanes = reinterpret_cast<float*>(to);
+  for (int i = 0; i < count; ++i) {
+    const bool moved = (u[0][i] | u[1][i] | u[2][i]) != 0;
+    lanes[4 * i] = static_cast<float>(u[0][i] - common.x) * kVoxelsFromUnits;
+    lanes[4 * i + 1] = static_cast<float>(u[1][i] - common.y) * kVoxelsFromUnits;
+    lanes[4 * i + 2] = static_cast<float>(u[2][i] - common.z) * kVoxelsFromUnits;
+    lanes[4 * i + 3] = moved ? 1.0f : 0.0f;
+  }
+}
+
+// max_c (spread w)_c / w_c bounds how much the spread can lengthen a vector in the norm
+// max_c |v_c| / w_c; it is least for the spread's eigenvector of no negative component.
+double contraction_of(const glm::dmat3& spread) {
+  constexpr int kSteps = 6;
+  // No component is taken for more than so many times another, or what is near in this norm would
+  // not be near.
+  constexpr double kLeast = 1.0 / 16;
+  glm::dvec3 weight(1.0);
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kSteps; ++i) {
+    const glm::dvec3 lengthened = spread * weight;
+    const glm::dvec3 by = lengthened / weight;
+    least = std::min(least, std::max({by.x, by.y, by.z}));
+    const double largest = std::max({lengthened.x, lengthened.y, lengthened.z});
+    if (!(largest > 0.0) || !std::isfinite(largest)) break;
+    weight = glm::max(lengthened / largest, glm::dvec3(kLeast));
+  }
+  return least;
 }
 
 }  // namespace
@@ -79,28 +109,21 @@ void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
           continue;
         }
         std::int32_t u[3][kBrickEdge];
-        for (int c = 0; c < 3; ++c) {
-          brick->read_row(c, element_in_brick({x, y, z}) / kBrickEdge, u[c]);
-        }
-        for (; x < end; ++x) {
-          const int i = x & 31;
-          const bool moved = (u[0][i] | u[1][i] | u[2][i]) != 0;
-          *out++ =
-              Float4{static_cast<float>(u[0][i] - common.x), static_cast<float>(u[1][i] - common.y),
-                     static_cast<float>(u[2][i] - common.z),
-                     moved ? static_cast<float>(kUnitsPerVoxel) : 0.0f} *
-              splat(kVoxelsFromUnits);
-        }
+        const int count = end - x;
+        for (int c = 0; c < 3; ++c) brick->read_row(c, element_in_brick({x, y, z}), count, u[c]);
+        write_out(u, common, count, out);
+        out += count;
+        x = end;
       }
     }
   }
 }
 
 DisplacementTile::Injection DisplacementTile::injection(bool with_beyond) const {
-  std::array<Bounds, 3> edges;  // of u alone
+  EdgeBounds edges;
   const std::array<std::ptrdiff_t, 3> steps = {step_x_, step_y_, step_z_};
   const auto take = [&](const Float4* at, int count, std::size_t axis) {
-    take_edges(at, steps[axis] / static_cast<std::ptrdiff_t>(sizeof(Float4)), count, edges[axis]);
+    take_edges(at, steps[axis] / static_cast<std::ptrdiff_t>(sizeof(Float4)), count, axis, edges);
   };
   for (int z = 0; z < depth_; ++z) {
     for (int y = 0; y < height_; ++y) {
@@ -110,23 +133,35 @@ DisplacementTile::Injection DisplacementTile::injection(bool with_beyond) const 
       if (z + 1 < depth_) take(at, width_, 2);
     }
   }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (with_beyond || steps[axis] == 0) edges.take(axis, Float4{});
+  }
+  return injection_of(edges);
+}
+
+DisplacementTile::Injection DisplacementTile::injection_of(const EdgeBounds& edges) {
   glm::dmat3 middle(1.0);
   glm::dmat3 away(0.0);
   for (int axis = 0; axis < 3; ++axis) {
-    Bounds& bounds = edges[static_cast<std::size_t>(axis)];
-    if (with_beyond || steps[static_cast<std::size_t>(axis)] == 0) bounds.take(Float4{});
+    const Float4 lowest = edges.lowest[static_cast<std::size_t>(axis)];
+    const Float4 highest = edges.highest[static_cast<std::size_t>(axis)];
     for (int c = 0; c < 3; ++c) {
-      middle[axis][c] += 0.5 * (double{bounds.lowest[c]} + double{bounds.highest[c]});
-      away[axis][c] = 0.5 * (double{bounds.highest[c]} - double{bounds.lowest[c]});
+      middle[axis][c] += 0.5 * (double{lowest[c]} + double{highest[c]});
+      away[axis][c] = 0.5 * (double{highest[c]} - double{lowest[c]});
     }
   }
   constexpr double kFlat = 1e-6;
   if (!(std::abs(glm::determinant(middle)) > kFlat)) {
-    return {std::numeric_limits<double>::infinity()};
+    Injection none;
+    none.share = none.contraction = std::numeric_limits<double>::infinity();
+    return none;
   }
   const glm::dmat3 inverse = glm::inverse(middle);
   const glm::dmat3 sizes(glm::abs(inverse[0]), glm::abs(inverse[1]), glm::abs(inverse[2]));
-  Injection injection{0.0, glm::mat3(inverse), sizes * away, glm::vec3(0)};
+  Injection injection;
+  injection.inverse = glm::mat3(inverse);
+  injection.spread = sizes * away;
+  injection.contraction = contraction_of(injection.spread);
   for (int c = 0; c < 3; ++c) {
     const double sum = injection.spread[0][c] + injection.spread[1][c] + injection.spread[2][c];
     injection.share = std::max(injection.share, sum);

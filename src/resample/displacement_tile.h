@@ -5,6 +5,8 @@
 // them as at the nearest; x(X) = X + u(X).
 #pragma once
 
+#include <array>
+#include <limits>
 #include <vector>
 
 #include "deform/lattice.h"
@@ -12,6 +14,27 @@
 #include "resample/quads.h"
 
 namespace maille {
+
+// Least and greatest of the edges of some cells along each axis, as columns of d u / d X.
+struct EdgeBounds {
+  std::array<Float4, 3> lowest;
+  std::array<Float4, 3> highest;
+
+  EdgeBounds() {
+    lowest.fill(splat(std::numeric_limits<float>::max()));
+    highest.fill(splat(std::numeric_limits<float>::lowest()));
+  }
+  void take(std::size_t axis, Float4 edge) {
+    lowest[axis] = least(lowest[axis], edge);
+    highest[axis] = greatest(highest[axis], edge);
+  }
+  void take(const EdgeBounds& other) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lowest[axis] = least(lowest[axis], other.lowest[axis]);
+      highest[axis] = greatest(highest[axis], other.highest[axis]);
+    }
+  }
+};
 
 class DisplacementTile {
  public:
@@ -24,19 +47,24 @@ class DisplacementTile {
   const VoxelBox& elements() const { return elements_; }
 
   // x(X) - x(Y) is matrix (X - Y) for the middle of what the cells' edges allow, up to `share` of
-  // its length (in the norm of the largest component, after the inverse): below 1 no two points of
-  // the tile come to lie on one another, and x <- x + inverse (target - x(X)) comes nearer to the
-  // one answer by that share each time. Whatever lies beyond the elements counts where
-  // `with_beyond` says so.
+  // its length (in the norm of the largest component, after the inverse). Whatever lies beyond the
+  // elements counts where `with_beyond` says so.
   struct Injection {
     double share = 0.0;
     glm::mat3 inverse{1.0f};  // d X / d x
     // |inverse (x(X) - x(Y)) - (X - Y)| <= spread |X - Y|, component by component; its rows' sums
     // are at most the share.
     glm::dmat3 spread{0.0};
+    // The share in the best of norms that take some components for more than others (at least the
+    // spread's spectral radius, and near to it): below 1 no two points of the tile come to lie on
+    // one another, and x <- x + inverse (target - x(X)) comes nearer to the one answer by that
+    // share each time.
+    double contraction = 0.0;
     glm::vec3 largest_cell_voxels{1};  // no cell's bounds are larger
   };
   Injection injection(bool with_beyond) const;
+  // Of a box of cells whose edges are within these bounds.
+  static Injection injection_of(const EdgeBounds& edges);
 
   // Far from rest floats would have no digits left for what matters: u is kept less so many whole
   // voxels, that are common to all. Where points lie now is less them too.
@@ -90,30 +118,49 @@ class DisplacementTile {
           steps_(quads::all_ints<kQuads>(static_cast<int>(step_x_), static_cast<int>(step_y_),
                                          static_cast<int>(step_z_))) {}
 
-    template <CellMap kMap>
-    [[gnu::always_inline]] Map<kQuads> at(F rest) const {
+    // Where in the tile to read, and what of it to mix. Apart from the reading, so that a loop over
+    // many points can do one after the other: done in one go for each, the next would wait for it,
+    // since a machine looks only so many instructions ahead.
+    struct Place {
+      std::int32_t cell[kQuads];
+      F t;
+    };
+    [[gnu::always_inline]] Place place(F rest) const {
       const F below_last = rest < last_ ? rest : last_;
       const F inside = below_last > 0.0f ? below_last : F{};
       const I base = __builtin_convertvector(inside < last_cell_ ? inside : last_cell_, I);
-      const F t = inside - __builtin_convertvector(base, F);
+      Place place;
+      place.t = inside - __builtin_convertvector(base, F);
       const I cell = quads::sum_ints<kQuads>(base * strides_);
+      for (int q = 0; q < kQuads; ++q) place.cell[q] = cell[4 * q];
+      return place;
+    }
+
+    template <CellMap kMap>
+    [[gnu::always_inline]] Map<kQuads> at(F rest) const {
+      return at<kMap>(rest, place(rest));
+    }
+    template <CellMap kMap>
+    [[gnu::always_inline]] Map<kQuads> at(F rest, const Place& place) const {
       const char* lowest[kQuads];
       for (int q = 0; q < kQuads; ++q) {
-        lowest[q] = u_ + static_cast<std::ptrdiff_t>(sizeof(Float4)) * cell[4 * q];
+        lowest[q] = u_ + static_cast<std::ptrdiff_t>(sizeof(Float4)) * place.cell[q];
       }
       Map<kQuads> map;
       if constexpr (kMap == CellMap::trilinear) {
-        map = trilinear(lowest, t);
+        map = trilinear(lowest, place.t);
       } else {
-        map = in_tetrahedron(lowest, t);
+        map = in_tetrahedron(lowest, place.t);
       }
+      const F below_last = rest < last_ ? rest : last_;
+      const F inside = below_last > 0.0f ? below_last : F{};
       // Beyond the elements u changes no more.
       const F within = inside == rest ? quads::all<kQuads>(1.0f) : F{};
       map.du_dx *= quads::swizzle<0, 0, 0, kQuads>(within);
       map.du_dy *= quads::swizzle<1, 1, 1, kQuads>(within);
       map.du_dz *= quads::swizzle<2, 2, 2, kQuads>(within);
       constexpr float kFar = 1e6f;
-      map.t = inside == rest ? t : quads::all<kQuads>(kFar);
+      map.t = inside == rest ? place.t : quads::all<kQuads>(kFar);
       return map;
     }
 

@@ -7,29 +7,48 @@
 // a weight, and equal ones give themselves; a volume at rest would come back smoothed.
 #pragma once
 
+#include <limits>
+
+#include "core/one_of_widths.h"
 #include "volume/brick.h"
 
 namespace maille {
 
 class GaussianMean {
  public:
-  static constexpr int kMost = 27;
+  static constexpr int kEach = 27;  // elements to a point
   static constexpr float kRadius_voxels = 1.4f;
+  // Of what has no weight.
+  static constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
-  // The k-th of what point x is the mean of; each point has as many.
+  // Nothing has a weight.
+  GaussianMean();
+
+  // The k-th of what point x is the mean of.
   void set(int x, int k, float squared_voxels, float value) {
-    squared_voxels_[k][x] = squared_voxels;
-    value_[k][x] = value;
+    this->squared_voxels(x, k / 3)[k % 3] = squared_voxels;
+    this->value(x, k / 3)[k % 3] = value;
   }
-  // Of the first `points`, the first `each` of every one. Weights count from the nearest one's on,
-  // which cancels out: where a cell is stretched over 50 voxels each would be 0.
-  void compute(int points, int each);
-  float value(int x) const { return mean_[x]; }
+  // Three of them from the 3 row-th on, and a lane to spare that must have no weight.
+  float* squared_voxels(int x, int row) { return points_[x].squared_voxels[row]; }
+  float* value(int x, int row) { return points_[x].value[row]; }
+
+  // Of the first so many points. Weights count from the nearest one's on, which cancels out: where
+  // a cell is stretched over 50 voxels each would be 0.
+  void compute(int points, Registers registers = Registers::widest);
+  float mean(int x) const { return mean_[x]; }
+
+  // Nine rows of three elements, and one to fill the last register.
+  static constexpr int kRows = 10;
+  static constexpr int kLanes = 4;
+  struct Point {
+    alignas(32) float squared_voxels[kRows][kLanes];
+    alignas(32) float value[kRows][kLanes];
+  };
 
  private:
-  alignas(64) float squared_voxels_[kMost][kBrickEdge];
-  alignas(64) float value_[kMost][kBrickEdge];
-  alignas(64) float mean_[kBrickEdge];
+  Point points_[kBrickEdge];
+  float mean_[kBrickEdge];
 };
 
 }  // namespace maille

@@ -7,6 +7,7 @@
 
 #include "resample/gaussian_mean.h"
 #include "resample/nearest_search.h"
+#include "resample/neighbour_rows.h"
 #include "resample/rest_march.h"
 #include "resample/row_sampler.h"
 #include "resample/row_writer.h"
@@ -40,36 +41,7 @@ class ByCell {
 template <class T>
 class ByNearest {
  public:
-  ByNearest(const Resampling& resampling, const RestMarch& march, const NearestSearch& nearest)
-      : values_(resampling.volume.voxels<T>()),
-        size_(resampling.size()),
-        tile_(march.tile()),
-        nearest_(nearest) {}
-
-  void operator()(RowSampler& sampler, const Float4* rest, VoxelIndex voxel, int count,
-                  T* row) const {
-    sampler.locate(rest, count);
-    const VoxelIndex first = tile_.elements().lo;
-    const glm::vec3 now(voxel - first - tile_.common_voxels());
-    for (int x = 0; x < count; ++x) {
-      if (!sampler.is_among(x)) continue;
-      const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};
-      row[x] = value_at(values_, first + nearest_(here, rest[x]), size_);
-    }
-  }
-
- private:
-  std::span<const T> values_;
-  Size3 size_;
-  const DisplacementTile& tile_;
-  const NearestSearch& nearest_;
-};
-
-// The means around the nearest.
-template <class T>
-class ByMean {
- public:
-  ByMean(const Resampling& resampling, const RestMarch& march, const NearestSearch& nearest)
+  ByNearest(const Resampling& resampling, const RestMarch& march, NearestSearch& nearest)
       : values_(resampling.volume.voxels<T>()),
         size_(resampling.size()),
         tile_(march.tile()),
@@ -79,55 +51,56 @@ class ByMean {
     sampler.locate(rest, count);
     const VoxelIndex first = tile_.elements().lo;
     const glm::vec3 now(voxel - first - tile_.common_voxels());
+    NearestSearch::Found found[kBrickEdge + 1];
+    nearest_.find(Float4{now.x, now.y, now.z, 0.0f}, rest, count, sampler.among(count), found);
     for (int x = 0; x < count; ++x) {
-      const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};
-      // What lies beyond is not asked for; the first of all stands in for it.
-      const VoxelIndex element = sampler.is_among(x) ? nearest_(here, rest[x]) : VoxelIndex(0);
-      take_neighbours(element, here, x);
+      const auto& e = found[x].element;
+      if (sampler.is_among(x))
+        row[x] = value_at(values_, first + VoxelIndex(e[0], e[1], e[2]), size_);
     }
-    mean_.compute(count, GaussianMean::kMost);
-    for (int x = 0; x < count; ++x) row[x] = stored_float<T>(mean_.value(x));
   }
 
  private:
-  void take_neighbours(VoxelIndex element, Float4 here, int x) {
-    const VoxelIndex last = tile_.elements().size() - 1;
-    constexpr Float4 kNoSpareLane{1.0f, 1.0f, 1.0f, 0.0f};
-    int k = 0;
-    for (int z = element.z - 1; z <= element.z + 1; ++z) {
-      for (int y = element.y - 1; y <= element.y + 1; ++y, k += 3) {
-        const bool row_there = z >= 0 && z <= last.z && y >= 0 && y <= last.y;
-        if (!row_there) {
-          for (int i = 0; i < 3; ++i) mean_.set(x, k + i, kNowhere, 0.0f);
-          continue;
-        }
-        const int before = std::max(element.x - 1, 0);
-        const int after = std::min(element.x + 1, last.x);
-        const Float4* const u = tile_.row(y, z);
-        const T* const values =
-            &value_at(values_, tile_.elements().lo + VoxelIndex(0, y, z), size_);
-        const Float4 from = Float4{static_cast<float>(element.x), static_cast<float>(y),
-                                   static_cast<float>(z), 0.0f} -
-                            here;
-        constexpr Float4 kNext{1.0f, 0.0f, 0.0f, 0.0f};
-        const Float4 a = (u[before] + (from - kNext)) * kNoSpareLane;
-        const Float4 b = (u[element.x] + from) * kNoSpareLane;
-        const Float4 c = (u[after] + (from + kNext)) * kNoSpareLane;
-        const Float4 squared = quads::sums<1>(a * a, b * b, c * c, Float4{});
-        mean_.set(x, k, before < element.x ? squared[0] : kNowhere,
-                  static_cast<float>(values[before]));
-        mean_.set(x, k + 1, squared[1], static_cast<float>(values[element.x]));
-        mean_.set(x, k + 2, after > element.x ? squared[2] : kNowhere,
-                  static_cast<float>(values[after]));
-      }
-    }
-  }
-
-  static constexpr float kNowhere = std::numeric_limits<float>::infinity();
   std::span<const T> values_;
   Size3 size_;
   const DisplacementTile& tile_;
-  const NearestSearch& nearest_;
+  NearestSearch& nearest_;
+};
+
+// Kept by thread, as the tile is.
+template <class T>
+const NeighbourRows& neighbour_rows_of(const Resampling& resampling, const DisplacementTile& tile) {
+  static thread_local NeighbourRows rows;
+  rows.fill(tile, resampling.volume.voxels<T>(), resampling.size());
+  return rows;
+}
+
+// The means around the nearest.
+template <class T>
+class ByMean {
+ public:
+  ByMean(const Resampling& resampling, const RestMarch& march, NearestSearch& nearest)
+      : tile_(march.tile()), nearest_(nearest), rows_(neighbour_rows_of<T>(resampling, tile_)) {}
+
+  void operator()(RowSampler& sampler, const Float4* rest, VoxelIndex voxel, int count, T* row) {
+    sampler.locate(rest, count);
+    const VoxelIndex first = tile_.elements().lo;
+    const glm::vec3 now(voxel - first - tile_.common_voxels());
+    NearestSearch::Found found[kBrickEdge + 1];
+    nearest_.find(Float4{now.x, now.y, now.z, 0.0f}, rest, count, sampler.among(count), found);
+    for (int x = 0; x < count; ++x) {
+      const Float4 here{now.x + static_cast<float>(x), now.y, now.z, 0.0f};
+      const auto& e = found[x].element;
+      rows_.take(VoxelIndex(e[0], e[1], e[2]), here, mean_, x);
+    }
+    mean_.compute(count);
+    for (int x = 0; x < count; ++x) row[x] = stored_float<T>(mean_.mean(x));
+  }
+
+ private:
+  const DisplacementTile& tile_;
+  NearestSearch& nearest_;
+  const NeighbourRows& rows_;
   GaussianMean mean_;
 };
 
@@ -196,18 +169,12 @@ bool resample_in_image_order(const Resampling& resampling, const Sight& sight,
       const int more = resampling.method == ResampleMethod::rbf ? 1 : 0;
       march = march_through(sight, voxels, {around, more});
       if (!march) return false;
-      nearest.emplace(march->tile(), march->injection(), deformed.spacing_mm);
       last = around;
-      around = std::max(around, nearest->around_voxels());
+      around =
+          std::max(around, NearestSearch::around_voxels(march->injection(), deformed.spacing_mm));
     }
-    // Bounds of a part are tighter, but its tile holds more that it shares with others; and where
-    // material is squeezed many elements are near anyway.
-    constexpr float kManyCandidates = 64.0f;
-    const Size3 extent = voxels.size();
-    const bool can_be_parted =
-        std::max({extent.x, extent.y, extent.z}) > kSmallestPart &&
-        voxel_count(march->tile().elements().size()) < 8 * voxel_count(extent);
-    if (can_be_parted && nearest->candidates() > kManyCandidates) return false;
+    nearest.emplace(march->tile(), march->injection(), deformed.spacing_mm,
+                    voxel_count(voxels.size()));
   }
   with_voxel_type(resampling.volume.type(), [&]<class T>() {
     const auto by = [&](auto&& values) {

@@ -9,12 +9,20 @@
 //
 // away along some axis: a box of two or three elements each way, where cells are not drawn long.
 // That holds for every lattice with an injection, not only for smooth ones: it is not a guess.
+//
+// It holds for any box of cells around the point too, and the bounds of a small one are tighter,
+// where the box of elements to look at lies inside it: the way from the point to an element that is
+// as near, straight as things lie now, starts inside, and cannot leave, since all that lies on the
+// border is further away; and no other element lies where it ends.
 #pragma once
 
 #include <array>
-#include <limits>
+#include <optional>
+#include <vector>
 
+#include "core/one_of_widths.h"
 #include "resample/displacement_tile.h"
+#include "resample/edge_blocks.h"
 
 namespace maille {
 
@@ -22,32 +30,54 @@ class NearestSearch {
  public:
   // What most searches need.
   static constexpr int kUsuallyAround_voxels = 2;
-
-  NearestSearch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
-                glm::vec3 spacing_mm);
-
-  // How many elements a search looks at, typically, beyond the eight it begins with.
-  float candidates() const { return candidates_; }
   // So far around the points the tile must hold all elements there are.
-  int around_voxels() const { return around_voxels_; }
+  static int around_voxels(const DisplacementTile::Injection& injection, glm::vec3 spacing_mm);
 
-  // Counted from the tile's first element, both points in voxels: where it lies now (less what is
-  // common to the tile) and was at rest (in the volume). Ties to the lower element.
-  VoxelIndex operator()(Float4 now, Float4 rest) const;
+  // points: how many will be asked for.
+  NearestSearch(const DisplacementTile& tile, const DisplacementTile::Injection& injection,
+                glm::vec3 spacing_mm, std::int64_t points, Registers registers = Registers::widest);
+
+  struct Found {
+    quads::Ints<1> element;
+    float squared_mm;  // from the point
+    bool maybe_further;
+  };
+  // Of a row of points, a voxel apart along x from `now` on: where they lie (less what is common to
+  // the tile), and were at rest, counted from the tile's first element, in voxels; behind the last
+  // there is one more that may be read, and one that may be written. Bit x of `wanted`: which to
+  // tell. Ties to the lower element.
+  void find(Float4 now, const Float4* rest, int count, std::uint32_t wanted, Found* found);
+
+  // How far to look, in voxels at rest for each mm of distance, and around which elements that
+  // holds.
+  struct Block {
+    Float4 reach_squared;  // first of all
+    Float4 reach;
+    Float4 lo, hi;
+  };
+  // What a search among the corners of a cell reads.
+  struct Corners {
+    const char* u;
+    const char* blocks;
+    std::array<std::ptrdiff_t, 8> steps;  // bytes
+    glm::vec3 spacing_mm;
+    glm::vec3 last, last_cell;
+    glm::ivec3 strides;        // of elements
+    glm::ivec3 block_strides;  // bytes
+  };
 
  private:
-  using Int4 = quads::Ints<1>;
-  VoxelIndex among(Float4 now, Int4 first, Int4 last) const;
+  const Block& block_of(Float4 rest);
+  void look_further(Float4 now, Float4 rest, Found& found);
 
   const DisplacementTile& tile_;
+  Registers registers_;
   Float4 spacing_mm_;
-  Float4 last_{};                   // of the tile's elements
-  Float4 last_cell_{};              // its lowest corner
-  std::array<Float4, 8> corner_{};  // from the lowest; where there is one layer only, itself
-  std::array<std::ptrdiff_t, 8> offset_{};  // the same, in the tile
-  Float4 reach_{};                          // voxels at rest for each mm of distance
-  float candidates_ = std::numeric_limits<float>::infinity();
-  int around_voxels_ = std::numeric_limits<int>::max();
+  Float4 last_;   // of the tile's elements
+  Float4 reach_;  // as a block's, everywhere
+  std::optional<EdgeBlocks> edges_;
+  std::vector<Block> blocks_;  // or one for all; each is found out when a search first asks
+  Corners corners_;
 };
 
 }  // namespace maille

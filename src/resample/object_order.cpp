@@ -43,7 +43,7 @@ class ClaimedRow {
         break;
       case ResampleMethod::rbf:
         for (int x = 0; x < count; ++x) take_neighbours(x, voxel + VoxelIndex(x, 0, 0));
-        mean_.compute(count, GaussianMean::kMost);
+        mean_.compute(count);
         break;
     }
   }
@@ -55,7 +55,7 @@ class ClaimedRow {
       case ResampleMethod::nearest: return values_[static_cast<std::size_t>(element)];
       case ResampleMethod::linear:
       case ResampleMethod::barycentric: break;
-      case ResampleMethod::rbf: return stored_float<T>(mean_.value(x));
+      case ResampleMethod::rbf: return stored_float<T>(mean_.mean(x));
     }
     if (!claims_.cut.empty() && (claims_.cut[i] & BrickClaims::in_octant) != 0) {
       const VoxelIndex own = voxel_index(element, resampling_.size());
@@ -75,11 +75,11 @@ class ClaimedRow {
         claimed
             ? voxel_index(claims_.element[first_ + static_cast<std::size_t>(x)], deformed.size())
             : VoxelIndex(0);
-    for (int k = 0; k < GaussianMean::kMost; ++k) {
+    for (int k = 0; k < GaussianMean::kEach; ++k) {
       const glm::ivec3 step(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
       const VoxelIndex other = element + step;
       if (!contains(deformed.size(), other) || !joined(element, step)) {
-        mean_.set(x, k, std::numeric_limits<float>::infinity(), 0.0f);
+        mean_.set(x, k, GaussianMean::kNowhere, 0.0f);
         continue;
       }
       const glm::dvec3 away =

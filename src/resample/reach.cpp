@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 #include "resample/brick_set.h"
+#include "resample/near_bricks.h"
 
 namespace maille {
 namespace {
@@ -52,16 +54,6 @@ Reach reach_around(const Lattice& lattice, const VoxelBox& elements) {
   return reach;
 }
 
-// How far beyond its cells an element may matter. One that is the nearest to a voxel may have no
-// cell that holds it, where cells are sheared or folded: but it is no further away than the corners
-// of the one that does. And a mean takes the elements around the nearest.
-int influence_voxels(const Reach& reach, ResampleMethod method) {
-  if (method == ResampleMethod::linear || method == ResampleMethod::barycentric) return 0;
-  const glm::ivec3 spread = reach.u_highest - reach.u_lowest;
-  const int longest = 1 + ceil_voxels(std::max({spread.x, spread.y, spread.z}));
-  return method == ResampleMethod::rbf ? 2 * longest : longest;
-}
-
 }  // namespace
 
 VoxelBox Reach::covered() const {
@@ -100,22 +92,32 @@ Reach reach_of(const Lattice& lattice, std::int64_t linear) {
 
 std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_before,
                                        const Lattice& after, const Cuts& cuts_after,
-                                       const VoxelBox& extent, ResampleMethod method) {
+                                       glm::dvec3 spacing_mm, const VoxelBox& extent,
+                                       ResampleMethod method) {
   const BrickGrid& grid = after.grid();
   BrickSet dirty(BrickGrid(extent.size()));
   const auto add = [&](const VoxelBox& voxels) {
     dirty.add_over(shifted(intersection(voxels, extent), -extent.lo));
   };
-  const auto add_covered = [&](const Reach& reach) {
-    const int further = influence_voxels(reach, method);
+  // By their values at cells' corners, or as the nearest too.
+  const bool by_cells = method == ResampleMethod::linear || method == ResampleMethod::barycentric;
+  struct State {
+    const Lattice& lattice;
+    std::optional<NearBricks> near;
+  };
+  State states[] = {{before, std::nullopt}, {after, std::nullopt}};
+  const auto add_covered = [&](const Reach& reach, State& state) {
     const VoxelBox covered = reach.covered();
-    add({covered.lo - further, covered.hi + further});
+    if (by_cells) return add(covered);
+    if (!state.near) state.near.emplace(state.lattice, spacing_mm, extent);
+    state.near->add(covered, dirty);
   };
   Lattice::for_each_difference(before, after, [&](std::int64_t b) {
-    for (const Lattice* state : {&before, &after}) {
-      if (!state->brick(b)) continue;
-      add(state->brick(b)->moved());  // elements that come to rest own their voxels again
-      add_covered(reach_of(*state, b));
+    for (State& state : states) {
+      const LatticeBrick* const brick = state.lattice.brick(b);
+      if (!brick) continue;
+      add(brick->moved());  // elements that come to rest own their voxels again
+      add_covered(reach_of(state.lattice, b), state);
     }
   });
   Cuts::for_each_difference(cuts_before, cuts_after, [&](std::int64_t b) {
@@ -123,10 +125,10 @@ std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_b
         changed_elements(grid.box(grid.brick(b)), cuts_before.brick(b), cuts_after.brick(b));
     if (changed.empty()) return;
     add(grid.box(grid.brick(b)));  // elements at rest own their voxels until they are carved
-    for (const Lattice* state : {&before, &after}) {
-      const Reach reach = reach_around(*state, changed);
+    for (State& state : states) {
+      const Reach reach = reach_around(state.lattice, changed);
       const bool rests = reach.u_lowest == glm::ivec3(0) && reach.u_highest == glm::ivec3(0);
-      if (!rests) add_covered(reach);
+      if (!rests) add_covered(reach, state);
     }
   });
   return dirty.list();

@@ -29,6 +29,7 @@ Reach reach_of(const Lattice& lattice, std::int64_t brick);
 // extent: the voxels that are shown, which bricks are counted of.
 std::vector<std::int64_t> dirty_bricks(const Lattice& before, const Cuts& cuts_before,
                                        const Lattice& after, const Cuts& cuts_after,
-                                       const VoxelBox& extent, ResampleMethod method);
+                                       glm::dvec3 spacing_mm, const VoxelBox& extent,
+                                       ResampleMethod method);
 
 }  // namespace maille

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/one_of_widths.h"
-
 namespace maille {
 namespace {
 
@@ -32,11 +30,10 @@ struct LastSteps {
 
 // One step of Newton's for as many voxels as a register holds; says which of them are there then.
 template <CellMap kMap, int kQuads>
-[[gnu::always_inline]] inline Ints<kQuads> newton_step(const DisplacementTile::Reader<kQuads>& tile,
+[[gnu::always_inline]] inline Ints<kQuads> newton_step(const DisplacementTile::Map<kQuads>& map,
                                                        const LastSteps& last, Floats<kQuads> target,
                                                        Floats<kQuads>& rest) {
   using F = Floats<kQuads>;
-  const auto map = tile.template at<kMap>(rest);
   const F x = map.du_dx + all<kQuads>(1.0f, 0.0f, 0.0f);
   const F y = map.du_dy + all<kQuads>(0.0f, 1.0f, 0.0f);
   const F z = map.du_dz + all<kQuads>(0.0f, 0.0f, 1.0f);
@@ -83,60 +80,78 @@ Float4 by_contraction(const DisplacementTile& tile, const glm::mat3& inverse, Fl
   return rest;
 }
 
+// A step for some voxels, and which of them are there then. There may be as many more behind the
+// last of `targets` and `rest` as a register holds.
+//
+// In three loops, so that what is long under way is so for many voxels at a time: the next one
+// would wait for all of it, since a machine looks only so many instructions ahead.
+template <CellMap kMap, int kQuads>
+[[gnu::always_inline]] inline void step_all(const DisplacementTile::Reader<kQuads>& reader,
+                                            const LastSteps& last, const Float4* targets, int count,
+                                            Float4* rest, Ints<1>* arrived) {
+  using F = Floats<kQuads>;
+  constexpr int kMost = kBrickEdge / kQuads;
+  const auto load = [](const Float4* from, int i) __attribute__((always_inline)) {
+    F lanes;
+    __builtin_memcpy(&lanes, from + kQuads * i, sizeof lanes);
+    return lanes;
+  };
+  typename DisplacementTile::Reader<kQuads>::Place places[kMost];
+  DisplacementTile::Map<kQuads> maps[kMost];
+  const int registers = (count + kQuads - 1) / kQuads;
+  for (int i = 0; i < registers; ++i) places[i] = reader.place(load(rest, i));
+  for (int i = 0; i < registers; ++i) {
+    maps[i] = reader.template at<kMap>(load(rest, i), places[i]);
+  }
+  for (int i = 0; i < registers; ++i) {
+    F at = load(rest, i);
+    const Ints<kQuads> there = newton_step<kMap, kQuads>(maps[i], last, load(targets, i), at);
+    __builtin_memcpy(rest + kQuads * i, &at, sizeof at);
+    __builtin_memcpy(arrived + kQuads * i, &there, sizeof there);
+  }
+}
+
 // rest: where to start from, then the answer; there may be as many more after `count` as a register
-// holds. Step by step for all that are not there yet, so that many are under way at a time and
-// nothing waits for one to be done: after the first step that is few.
+// holds. Step by step for all that are not there yet: after the first that is few.
 template <CellMap kMap, int kQuads>
 [[gnu::always_inline]] inline void march_row(const DisplacementTile& tile, const LastSteps& last,
                                              const glm::mat3& inverse, Float4 first, int count,
                                              Float4* rest) {
-  using F = Floats<kQuads>;
   const DisplacementTile::Reader<kQuads> reader(tile);
-  const F first_target = all<kQuads>(first[0], first[1], first[2]);
-  // Those that are not there yet, and the last one again to fill a register.
-  std::int32_t waiting[kBrickEdge + kQuads];
+  constexpr int kMost = kBrickEdge + kQuads;
+  Float4 targets[kMost];
+  Ints<1> arrived[kMost];
+  for (int x = 0; x < count + kQuads; ++x) {
+    targets[x] = first + Float4{static_cast<float>(x), 0.0f, 0.0f, 0.0f};
+  }
+  step_all<kMap, kQuads>(reader, last, targets, count, rest, arrived);
+  int waiting[kMost];
   int left = 0;
-  F along_row{};
-  for (int q = 0; q < kQuads; ++q) along_row[4 * q] = static_cast<float>(q);
-  for (int x = 0; x < count; x += kQuads) {
-    F next;
-    __builtin_memcpy(&next, rest + x, sizeof next);
-    const Ints<kQuads> there =
-        newton_step<kMap, kQuads>(reader, last, first_target + along_row, next);
-    __builtin_memcpy(rest + x, &next, sizeof next);
-    along_row += all<kQuads>(static_cast<float>(kQuads), 0.0f, 0.0f);
-    for (int q = 0; q < kQuads; ++q) {
-      waiting[left] = x + q;
-      left += x + q < count && there[4 * q] == 0;
-    }
+  for (int x = 0; x < count; ++x) {
+    waiting[left] = x;
+    left += arrived[x][0] == 0;
   }
   for (int i = 1; i < kMostSteps && left > 0; ++i) {
-    for (int q = 0; q < kQuads; ++q) waiting[left + q] = waiting[left - 1];
+    Float4 targets_left[kMost];
+    Float4 rest_left[kMost];
+    // And the last one again to fill a register.
+    for (int w = 0; w < left + kQuads - 1; ++w) {
+      const int x = waiting[std::min(w, left - 1)];
+      targets_left[w] = targets[x];
+      rest_left[w] = rest[x];
+    }
+    step_all<kMap, kQuads>(reader, last, targets_left, left, rest_left, arrived);
     const int before = left;
     left = 0;
-    for (int w = 0; w < before; w += kQuads) {
-      const char* from[kQuads];
-      F along_x{};
-      for (int q = 0; q < kQuads; ++q) {
-        from[q] = reinterpret_cast<const char*>(rest + waiting[w + q]);
-        along_x[4 * q] = static_cast<float>(waiting[w + q]);
-      }
-      F next = quads::load(from, 0, F{});
-      const Ints<kQuads> there =
-          newton_step<kMap, kQuads>(reader, last, first_target + along_x, next);
-      Float4 parts[kQuads];
-      __builtin_memcpy(parts, &next, sizeof next);
-      for (int q = 0; q < kQuads; ++q) {
-        const std::int32_t x = waiting[w + q];
-        rest[x] = parts[q];
-        waiting[left] = x;
-        left += w + q < before && there[4 * q] == 0;
-      }
+    for (int w = 0; w < before; ++w) {
+      const int x = waiting[w];
+      rest[x] = rest_left[w];
+      waiting[left] = x;
+      left += arrived[w][0] == 0;
     }
   }
   for (int w = 0; w < left; ++w) {
-    const auto x = static_cast<float>(waiting[w]);
-    rest[waiting[w]] = by_contraction<kMap>(tile, inverse, first + Float4{x, 0.0f, 0.0f, 0.0f});
+    rest[waiting[w]] = by_contraction<kMap>(tile, inverse, targets[waiting[w]]);
   }
 }
 
@@ -235,7 +250,7 @@ std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxel
   const bool at_border = glm::any(glm::equal(elements.lo, VoxelIndex(0))) ||
                          glm::any(glm::equal(elements.hi, VoxelIndex(volume.size())));
   const auto injection = tile.injection(at_border);
-  if (!(injection.share < kSurely)) return std::nullopt;
+  if (!(injection.contraction < kSurely)) return std::nullopt;
   return RestMarch(tile, injection, voxels, volume.cell_map);
 }
 

@@ -13,15 +13,11 @@
 #include <optional>
 #include <vector>
 
+#include "core/one_of_widths.h"
 #include "resample/displacement_tile.h"
 #include "resample/sight.h"
 
 namespace maille {
-
-enum class Registers {
-  widest,  // that the machine has
-  narrow   // 16 bytes, to compare with
-};
 
 class RestMarch {
  public:

@@ -23,7 +23,7 @@ std::uint32_t RestingElements::row(int y, int z) const {
                          z >= brick_->moved().lo.z && z < brick_->moved().hi.z;
   if (row_moved) {
     std::int32_t u[3][kBrickEdge];
-    for (int c = 0; c < 3; ++c) brick_->read_row(c, element / kBrickEdge, u[c]);
+    for (int c = 0; c < 3; ++c) brick_->read_row(c, element, kBrickEdge, u[c]);
     for (int x = 0; x < kBrickEdge; ++x) {
       moved |= std::uint32_t{(u[0][x] | u[1][x] | u[2][x]) != 0} << x;
     }

@@ -46,6 +46,12 @@ class RowSampler {
   float value(int x) const { return value_[x]; }
   bool is_among(int x) const { return among_[x] != 0; }
   bool all_among() const { return all_among_; }
+  // Bit x: whether x is among them.
+  std::uint32_t among(int count) const {
+    std::uint32_t bits = 0;
+    for (int x = 0; x < count; ++x) bits |= static_cast<std::uint32_t>(among_[x] != 0) << x;
+    return bits;
+  }
 
   void locate(const Float4* rest, int count);
   glm::vec3 position(int x) const { return {at_[0][x], at_[1][x], at_[2][x]}; }

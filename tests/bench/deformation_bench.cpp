@@ -147,7 +147,7 @@ void resample(benchmark::State& state) {
   static_cast<void>(deformer->begin_stroke(kSize / 2, 4));
   drag(*deformer);
   const auto dirty = dirty_bricks(Lattice(kSize), Cuts(kSize), deformer->lattice(), Cuts(kSize),
-                                  {VoxelIndex(0), kSize}, method);
+                                  glm::dvec3(1), {VoxelIndex(0), kSize}, method);
   const Resampler resampler(volume, deformer->lattice(), Cuts(kSize), method, 0.0);
   std::vector<std::byte> brick(kBrickVoxels * sizeof(std::int16_t));
   ResampleCounts counts;

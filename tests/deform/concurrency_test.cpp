@@ -49,7 +49,7 @@ std::uint64_t hash_of_brick(const Lattice& lattice, std::int64_t linear) {
     for (int z = 0; z < extent.z; ++z) {
       for (int y = 0; y < extent.y; ++y) {
         std::int32_t u[kBrickEdge];
-        brick->read_row(c, z * kBrickEdge + y, u);
+        brick->read_row(c, (z * kBrickEdge + y) * kBrickEdge, kBrickEdge, u);
         for (int x = 0; x < extent.x; ++x) hash.mix(static_cast<std::uint32_t>(u[x]));
       }
     }

@@ -34,7 +34,7 @@ DisplacementPlane::Pointer paged_plane(const std::shared_ptr<PlaneStore>& store,
 bool holds(const DisplacementPlane& plane, const std::vector<std::int32_t>& u) {
   for (int row = 0; row < kBrickEdge * kBrickEdge; ++row) {
     std::int32_t read[kBrickEdge];
-    plane.read_row(row, read);
+    plane.read_row(row * kBrickEdge, kBrickEdge, read);
     if (!std::equal(read, read + kBrickEdge, &u[static_cast<std::size_t>(row) * kBrickEdge])) {
       return false;
     }
@@ -128,7 +128,7 @@ TEST(PlaneStore, ManyReadersWhileOthersPutAside) {
         for (int k = 0; k < 20; ++k) {
           const int row = static_cast<int>(random() % 1024);
           std::int32_t read[kBrickEdge];
-          planes[p]->read_row(row, read);
+          planes[p]->read_row(row * kBrickEdge, kBrickEdge, read);
           const auto* const expected = &values[p][static_cast<std::size_t>(row) * kBrickEdge];
           if (!std::equal(read, read + kBrickEdge, expected)) ++wrong;
         }

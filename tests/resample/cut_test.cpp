@@ -319,7 +319,7 @@ TEST(Cut, WhatChangesIsDirtyAndThreadsAgree) {
     if (seed % 3 == 1) after.cuts = before.cuts;
     for (const ResampleMethod method : kResampleMethods) {
       const auto dirty = dirty_bricks(before.lattice, before.cuts, after.lattice, after.cuts,
-                                      {VoxelIndex(0), size}, method);
+                                      volume.spacing_mm(), {VoxelIndex(0), size}, method);
       const auto a = resampled(volume, before.lattice, before.cuts, method);
       const auto b = resampled(volume, after.lattice, after.cuts, method);
       EXPECT_EQ(a.counts.unfilled_voxels, 0) << "seed " << seed;

@@ -50,11 +50,9 @@ TEST_P(NearestOfEveryVoxel, IsTheNearestOfAllElements) {
   const DeformedVolume deformed(lattice, Cuts(scene.size), scene.spacing_mm);
   const VoxelBox voxels = lattice.grid().box({0, 0, 0});
   auto march = march_through(Sight(deformed, voxels), voxels, {Sight::kAround_voxels});
-  EXPECT_EQ(
-      march &&
-          NearestSearch(march->tile(), march->injection(), deformed.spacing_mm).around_voxels() <=
-              Sight::kAround_voxels,
-      scene.searched);
+  EXPECT_EQ(march && NearestSearch::around_voxels(march->injection(), deformed.spacing_mm) <=
+                         Sight::kAround_voxels,
+            scene.searched);
 
   const Volume volume = numbered(scene.size, scene.spacing_mm);
   const Resampler resampler(volume, lattice, Cuts(scene.size), ResampleMethod::nearest, -1.0);
@@ -96,13 +94,49 @@ TEST_P(NearestOfEveryVoxel, IsTheNearestOfAllElements) {
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, NearestOfEveryVoxel, ::testing::Range(0, 11));
 
+// Whether or not each is near enough to its cell's corners.
+TEST(NearestSearch, SameBitsForAnyWidthOfRegisters) {
+  const Size3 size{23, 18, 14};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> off(-0.08, 0.08);
+  const Lattice lattice = lattice_from(size, [&](glm::dvec3 at) {
+    return glm::dvec3(0.3 * at.y, -0.2 * at.x + 0.1 * at.z, 0) +
+           glm::dvec3(off(random), off(random), off(random));
+  });
+  const DeformedVolume deformed(lattice, Cuts(size), {1, 0.7, 1.9});
+  const VoxelBox voxels{{2, -3, 1}, {21, 17, 13}};
+  auto march = march_through(Sight(deformed, voxels), voxels, {4});
+  ASSERT_TRUE(march);
+  const DisplacementTile& tile = march->tile();
+  const int width = voxels.size().x;
+  for (const std::int64_t points : {std::int64_t{1}, voxel_count(voxels.size())}) {
+    NearestSearch widest(tile, march->injection(), deformed.spacing_mm, points);
+    NearestSearch narrow(tile, march->injection(), deformed.spacing_mm, points, Registers::narrow);
+    RestMarch rows(tile, march->injection(), voxels, CellMap::trilinear);
+    const glm::vec3 first(voxels.lo - tile.elements().lo - tile.common_voxels());
+    for (int row = 0; row < voxels.size().y * voxels.size().z; ++row) {
+      const Float4* const rest = rows.next_row();
+      const Float4 now{first.x, first.y + static_cast<float>(row % voxels.size().y),
+                       first.z + static_cast<float>(row / voxels.size().y), 0.0f};
+      NearestSearch::Found a[kBrickEdge + 1];
+      NearestSearch::Found b[kBrickEdge + 1];
+      widest.find(now, rest, width, ~0u, a);
+      narrow.find(now, rest, width, ~0u, b);
+      for (int x = 0; x < width; ++x) {
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(a[x].element[c], b[x].element[c]) << "row " << row;
+        ASSERT_EQ(a[x].squared_mm, b[x].squared_mm) << "row " << row;
+      }
+    }
+  }
+}
+
 TEST(NearestSearch, SaysWhereItWouldHaveToLookTooFar) {
   const Size3 size{12, 12, 12};
   const Lattice lattice =
       lattice_from(size, [](glm::dvec3 at) { return glm::dvec3(29.0 * at.x, 0, 0); });
   DisplacementTile tile;
   tile.fill(lattice, {VoxelIndex(0), size});
-  EXPECT_GE(NearestSearch(tile, tile.injection(false), glm::vec3(1)).around_voxels(), 15)
+  EXPECT_GE(NearestSearch::around_voxels(tile.injection(false), glm::vec3(1)), 15)
       << "cells of 30 voxels";
 }
 

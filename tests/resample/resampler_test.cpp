@@ -366,7 +366,6 @@ TEST(Resampler, SlabsRowsAndSingleVoxels) {
 // What a drag dirties is all that a drag changes.
 TEST(DirtyBricks, HoldEveryChange) {
   const Size3 size{100, 96, 70};
-  const Volume volume = numbered(size);
   const auto pulled = [&](glm::dvec3 center, glm::dvec3 by) {
     return lattice_from(size, [=](glm::dvec3 p) {
       return by * std::max(0.0, 1.0 - glm::length(p - center) / 18.0);
@@ -375,32 +374,37 @@ TEST(DirtyBricks, HoldEveryChange) {
   const Lattice rest(size);
   const Lattice a = pulled({50, 40, 35}, {7, -9, 3});
   const Lattice b = pulled({30, 60, 35}, {-8, 4, 2});
-  const auto dirty_between = [&](const Lattice& before, const Lattice& after,
+  const auto dirty_between = [&](const Lattice& before, const Lattice& after, glm::dvec3 spacing_mm,
                                  ResampleMethod method) {
-    return dirty_bricks(before, Cuts(size), after, Cuts(size), {VoxelIndex(0), size}, method);
+    return dirty_bricks(before, Cuts(size), after, Cuts(size), spacing_mm, {VoxelIndex(0), size},
+                        method);
   };
   const std::vector<std::pair<Lattice, Lattice>> changes = {
       {rest, a}, {a, rest}, {a, b}, {rest, rest}};
-  for (const auto& [before, after] : changes) {
-    for (const ResampleMethod method : kResampleMethods) {
-      const auto dirty = dirty_between(before, after, method);
-      const Volume old_volume = resampled(volume, before, method).volume;
-      const Volume new_volume = resampled(volume, after, method).volume;
-      for (int z = 0; z < size.z; ++z) {
-        for (int y = 0; y < size.y; ++y) {
-          for (int x = 0; x < size.x; ++x) {
-            if (old_volume.value_at({x, y, z}) == new_volume.value_at({x, y, z})) continue;
-            const auto brick = after.grid().linear(BrickGrid::brick_of({x, y, z}));
-            ASSERT_TRUE(std::binary_search(dirty.begin(), dirty.end(), brick))
-                << x << ' ' << y << ' ' << z;
+  for (const glm::dvec3 spacing_mm : {glm::dvec3(1), glm::dvec3(4, 0.5, 1)}) {
+    const Volume volume = numbered(size, spacing_mm);
+    for (const auto& [before, after] : changes) {
+      for (const ResampleMethod method : kResampleMethods) {
+        const auto dirty = dirty_between(before, after, spacing_mm, method);
+        const Volume old_volume = resampled(volume, before, method).volume;
+        const Volume new_volume = resampled(volume, after, method).volume;
+        for (int z = 0; z < size.z; ++z) {
+          for (int y = 0; y < size.y; ++y) {
+            for (int x = 0; x < size.x; ++x) {
+              if (old_volume.value_at({x, y, z}) == new_volume.value_at({x, y, z})) continue;
+              const auto brick = after.grid().linear(BrickGrid::brick_of({x, y, z}));
+              ASSERT_TRUE(std::binary_search(dirty.begin(), dirty.end(), brick))
+                  << x << ' ' << y << ' ' << z;
+            }
           }
         }
       }
     }
   }
   for (const ResampleMethod method : kResampleMethods) {
-    EXPECT_TRUE(dirty_between(a, a, method).empty());
-    EXPECT_LT(dirty_between(rest, a, method).size(), static_cast<std::size_t>(rest.grid().count()));
+    EXPECT_TRUE(dirty_between(a, a, glm::dvec3(1), method).empty());
+    EXPECT_LT(dirty_between(rest, a, glm::dvec3(1), method).size(),
+              static_cast<std::size_t>(rest.grid().count()));
   }
 }
 

@@ -1,5 +1,5 @@
-// Rows of rest positions and of weighted values, and what the loops over them make of these, to
-// compare versions compiled for several vector widths.
+// Rows of rest positions, and what the loops over them make of these, to compare versions compiled
+// for several vector widths.
 #pragma once
 
 #include <bit>
@@ -26,7 +26,7 @@ inline std::uint32_t bits_of(float value) {
                                                      : value);
 }
 
-template <class RowSampler, class GaussianMean>
+template <class RowSampler>
 SampledBits sampled_by(unsigned seed) {
   constexpr Size3 kSize{21, 13, 11};
   std::mt19937 random(seed);
@@ -65,16 +65,6 @@ SampledBits sampled_by(unsigned seed) {
         for (int c = 0; c < 3; ++c) bits.push_back(bits_of(sampler.position(x)[c]));
       }
     }
-    const int each = 1 + static_cast<int>(random() % GaussianMean::kMost);
-    GaussianMean mean;
-    for (int x = 0; x < count; ++x) {
-      for (int k = 0; k < each; ++k) {
-        const std::size_t i = random() % voxels.size();
-        mean.set(x, k, between(0.0, random() % 8 == 0 ? 1e4 : 9.0), voxels[i]);
-      }
-    }
-    mean.compute(count, each);
-    for (int x = 0; x < count; ++x) bits.push_back(bits_of(mean.value(x)));
   }
   return bits;
 }

@@ -7,14 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "resample/claims.h"
-#include "resample/gaussian_mean.h"
 #include "tests/resample/resampled.h"
 #include "tests/resample/row_sampler_scenes.h"
 
 namespace maille {
 
 testing::SampledBits testing::sampled_by_loaders_choice(unsigned seed) {
-  return sampled_by<RowSampler, GaussianMean>(seed);
+  return sampled_by<RowSampler>(seed);
 }
 
 namespace {
