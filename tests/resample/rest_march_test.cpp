@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <random>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -167,6 +168,22 @@ TEST(DisplacementTile, SaysThatAFoldIsOne) {
   EXPECT_FALSE(tile.injection(false).contraction < 1.0) << "flat";
 }
 
+// Of all of a march's voxels, from its first row on.
+void expect_answers(const Lattice& lattice, RestMarch& march, const VoxelBox& voxels, CellMap map) {
+  for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
+    for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
+      const Float4* const row = march.next_row();
+      for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
+        const Float4 rest = row[x - voxels.lo.x];
+        const glm::dvec3 at(rest[0], rest[1], rest[2]);
+        const glm::dvec3 now = at + displacement(lattice, at, map);
+        EXPECT_LT(glm::length(now - glm::dvec3(x, y, z)), 5e-4)
+            << "(" << x << ", " << y << ", " << z << ")";
+      }
+    }
+  }
+}
+
 class RestMarchOf : public ::testing::TestWithParam<CellMap> {};
 INSTANTIATE_TEST_SUITE_P(CellMaps, RestMarchOf,
                          ::testing::Values(CellMap::trilinear, CellMap::tetrahedra));
@@ -183,18 +200,8 @@ TEST_P(RestMarchOf, EveryAnswerIsThePointThatNowLiesThere) {
       ++marches;
       const VoxelBox voxels{VoxelIndex(-3, -2, -4), kSize + 3};
       RestMarch march(tile, injection, voxels, GetParam());
-      for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
-        for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-          const Float4* const row = march.next_row();
-          for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
-            const Float4 rest = row[x - voxels.lo.x];
-            const glm::dvec3 at(rest[0], rest[1], rest[2]);
-            const glm::dvec3 now = at + displacement(lattice, at, GetParam());
-            EXPECT_LT(glm::length(now - glm::dvec3(x, y, z)), 5e-4)
-                << "seed " << seed << " (" << x << ", " << y << ", " << z << ")";
-          }
-        }
-      }
+      SCOPED_TRACE("seed " + std::to_string(seed));
+      expect_answers(lattice, march, voxels, GetParam());
     }
   }
   EXPECT_GT(marches, 20);
@@ -213,18 +220,7 @@ TEST_P(RestMarchOf, NoLessWhereOneAxisBringsMoreThanTheOthers) {
   ASSERT_LT(injection.contraction, 0.98);
   const VoxelBox voxels{VoxelIndex(-2), kSize + 2};
   RestMarch march(tile, injection, voxels, GetParam());
-  for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
-    for (int y = voxels.lo.y; y < voxels.hi.y; ++y) {
-      const Float4* const row = march.next_row();
-      for (int x = voxels.lo.x; x < voxels.hi.x; ++x) {
-        const Float4 rest = row[x - voxels.lo.x];
-        const glm::dvec3 at(rest[0], rest[1], rest[2]);
-        const glm::dvec3 now = at + displacement(lattice, at, GetParam());
-        EXPECT_LT(glm::length(now - glm::dvec3(x, y, z)), 5e-4)
-            << "(" << x << ", " << y << ", " << z << ")";
-      }
-    }
-  }
+  expect_answers(lattice, march, voxels, GetParam());
 }
 
 TEST_P(RestMarchOf, NoLessNearAMillionVoxelsFromRest) {
