@@ -251,6 +251,10 @@ void add_measure(CLI::App& app, MeasureOptions& o) {
       ->check(CLI::Range(32, 192).description(""))
       ->type_name("N");
   add_output(error);
+  auto& frame = *command.add_subcommand(
+      "frame", "How fast pictures come: by mode and volume, and after a change");
+  add_picture_size(frame, o.picture);
+  add_output(frame);
   auto& stability = *command.add_subcommand(
       "stability",
       "Whether a drag or its relaxation ever goes wrong: stiffness, limits, drags, spacings, thin "
@@ -292,6 +296,7 @@ Result<void> run(const CLI::App& app, const Words& words) {
     const auto page = commands[0]->get_subcommands()[0]->get_name();
     if (page == "speed") return run_measure_speed(words.measure, words.global);
     if (page == "error") return run_measure_error(words.measure, words.global);
+    if (page == "frame") return run_measure_frame(words.measure, words.global);
     return run_measure_stability(words.measure, words.global);
   }
   return run_demo(words.demo, words.global);

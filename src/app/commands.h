@@ -76,6 +76,7 @@ struct MeasureOptions {
   std::vector<std::string> groups;     // of measure stability; empty: all
   int edge = 12;                       // of its blocks, voxels
   std::optional<int> volume_edge;      // of the volumes of measure error; none: 128
+  PictureSize picture{512, 512};       // of measure frame
   std::filesystem::path output;
 };
 
@@ -93,6 +94,7 @@ Result<void> run_demo(const DemoOptions& options, const GlobalOptions& global);
 Result<void> run_measure_speed(const MeasureOptions& options, const GlobalOptions& global);
 // Errors: usage (a stage that has no page, the message lists those that have).
 Result<void> run_measure_error(const MeasureOptions& options, const GlobalOptions& global);
+Result<void> run_measure_frame(const MeasureOptions& options, const GlobalOptions& global);
 // Errors: failed where the promise does not hold, when all is written.
 Result<void> run_measure_stability(const MeasureOptions& options, const GlobalOptions& global);
 Result<void> run_window_command(const WindowCommandOptions& options, const GlobalOptions& global);

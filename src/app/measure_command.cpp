@@ -2,7 +2,9 @@
 
 #include "app/commands.h"
 #include "app/progress.h"
+#include "app/run_options.h"
 #include "measure/chainmail_error_page.h"
+#include "measure/frame_page.h"
 #include "measure/page.h"
 #include "measure/relaxation_error_page.h"
 #include "measure/resample_error_page.h"
@@ -92,6 +94,21 @@ Result<void> run_measure_error(const MeasureOptions& options, const GlobalOption
   progress.clear();
   if (!report) return report.error();
   return hand_over(page_of(*report), options, "error_relaxation", global);
+}
+
+Result<void> run_measure_frame(const MeasureOptions& options, const GlobalOptions& global) {
+  if (auto prepared = prepare_folder(options.output); !prepared) return prepared;
+  Progress progress(!global.quiet);
+  FrameOptions frame;
+  frame.renderer = view_options(options.picture, global).renderer;
+  frame.picture = options.picture;
+  if (global.threads > 0) frame.threads = global.threads;
+  frame.seed = global.seed;
+  frame.progress = [&](const std::string& line) { progress.show(line); };
+  const auto report = measure_frame(frame);
+  progress.clear();
+  if (!report) return report.error();
+  return hand_over(page_of(*report), options, "frame", global);
 }
 
 Result<void> run_measure_stability(const MeasureOptions& options, const GlobalOptions& global) {
