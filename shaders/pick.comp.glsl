@@ -13,7 +13,7 @@ layout(set = 0, binding = 4, std430) writeonly buffer Result { PickResult result
 void main() {
   Walk walk = walk_along(pick.origin.xyz, pick.direction.xyz);
   float n;
-  bool hit = first_hit(walk, n);
+  bool hit = first_hit(walk, k_pick_refinements, n);
   vec3 position = position_at(walk, n);
   result.position = vec4(position, hit ? 1.0 : 0.0);
   result.gradient = hit ? vec4(gradient_at(position), value_at(position)) : vec4(0.0);

@@ -16,8 +16,9 @@ vec3 composite(Walk walk) {
   vec3 color = vec3(0.0);
   float opacity = 0.0;
   vec3 position;
-  for (int n = next_sample(walk, 0, position); n <= walk.last;
-       n = next_sample(walk, n + 1, position)) {
+  for (int n = 0; n <= walk.last;) {
+    if (!is_to_be_taken(walk, n, position)) continue;
+    ++n;
     vec4 sampled = transfer_at(value_at(position));
     if (sampled.a > 0.0) {
       if (k_shading) sampled.rgb *= brightness(gradient_at(position), walk.direction);
@@ -32,7 +33,7 @@ vec3 composite(Walk walk) {
 
 vec3 iso_surface(Walk walk) {
   float n;
-  if (!first_hit(walk, n)) return constants.background.rgb;
+  if (!first_hit(walk, k_picture_refinements, n)) return constants.background.rgb;
   vec3 color = transfer_at(constants.background.w).rgb;
   if (k_shading) color *= brightness(gradient_at(position_at(walk, n)), walk.direction);
   return color;
@@ -42,8 +43,9 @@ vec3 iso_surface(Walk walk) {
 vec3 highest_value(Walk walk) {
   float highest = constants.transfer.x;
   vec3 position;
-  for (int n = next_sample(walk, 0, position); n <= walk.last;
-       n = next_sample(walk, n + 1, position)) {
+  for (int n = 0; n <= walk.last;) {
+    if (!is_to_be_taken(walk, n, position)) continue;
+    ++n;
     highest = max(highest, value_at(position));
   }
   float part = (highest - constants.transfer.x) * constants.transfer.y;

@@ -7,7 +7,7 @@
 
 layout(set = 0, binding = 0, std140) uniform Constants { PassConstants constants; };
 layout(set = 0, binding = 1) uniform sampler3D volume;
-layout(set = 0, binding = 2, std430) readonly buffer Visible { uint visible_blocks[]; };
+layout(set = 0, binding = 2, std430) readonly buffer SkipGrid { uint blocks_away[]; };
 layout(set = 0, binding = 3, std430) readonly buffer Transfer { vec4 transfer_table[]; };
 
 // Off, every sample is taken: same pixels, for tests and measuring.
@@ -18,7 +18,7 @@ layout(constant_id = 2) const bool k_skip_empty = true;
 struct Walk {
   vec3 entry;
   vec3 direction;  // unit
-  vec3 inverse;    // of direction, never infinite
+  vec3 samples;    // from one voxel to the next along each axis, signed, never infinite
   int last;        // -1: the ray misses the volume
 };
 
@@ -26,9 +26,10 @@ Walk walk_along(vec3 origin, vec3 toward) {
   Walk walk;
   walk.direction = normalize(toward);
   vec3 divisor = mix(walk.direction, vec3(1e-8), lessThan(abs(walk.direction), vec3(1e-8)));
-  walk.inverse = 1.0 / divisor;
-  vec3 low = (vec3(-0.5) - origin) * walk.inverse;
-  vec3 high = (vec3(constants.volume_size.xyz) - 0.5 - origin) * walk.inverse;
+  vec3 inverse = 1.0 / divisor;
+  walk.samples = inverse / constants.eye.w;
+  vec3 low = (vec3(-0.5) - origin) * inverse;
+  vec3 high = (vec3(constants.volume_size.xyz) - 0.5 - origin) * inverse;
   vec3 enter = min(low, high);
   vec3 leave = max(low, high);
   float first = max(max(enter.x, enter.y), max(enter.z, 0.0));
@@ -58,32 +59,35 @@ ivec3 block_of(vec3 position) {
                constants.block_count.xyz - 1);
 }
 
-bool is_visible(ivec3 block) {
+// How many blocks away the nearest one is that shows something, 0 where this one does.
+int blocks_to_go(ivec3 block) {
   int index = (block.z * constants.block_count.y + block.y) * constants.block_count.x + block.x;
-  return ((visible_blocks[index >> 2] >> ((index & 3) * 8)) & 0xffu) != 0u;
+  return int((blocks_away[index >> 2] >> ((index & 3) * 8)) & 0xffu);
 }
 
-// From sample n in this block to the first sample that may lie in another one.
-int beyond_block(Walk walk, int n, vec3 position, ivec3 block) {
-  vec3 wall = vec3(block + ivec3(greaterThan(walk.inverse, vec3(0.0)))) * float(k_block_edge);
+// From sample n in a block around which there is nothing for so many blocks, this one counted, to
+// the first sample that may lie beyond them.
+int beyond_blocks(Walk walk, int n, vec3 position, ivec3 block, int empty) {
+  ivec3 side = mix(ivec3(1 - empty), ivec3(empty), greaterThan(walk.samples, vec3(0.0)));
+  vec3 wall = vec3((block + side) * k_block_edge);
   // The border blocks reach half a voxel further out than their walls; there the distance comes out
   // negative and the walk goes on by single samples.
-  vec3 distance = (wall - position) * walk.inverse - k_wall_margin * abs(walk.inverse);
-  float shortest = min(min(distance.x, distance.y), distance.z);
-  return n + max(1, int(floor(min(shortest / constants.eye.w, 1e6))) + 1);
+  vec3 to_wall = (wall - position) * walk.samples - k_wall_margin * abs(walk.samples);
+  float shortest = min(min(to_wall.x, to_wall.y), to_wall.z);
+  return n + 1 + int(clamp(shortest, 0.0, 1e6));
 }
 
-// The first sample from n on in a block that shows something, and where it lies: what every march
-// steps by. Beyond walk.last there is none.
-int next_sample(Walk walk, int n, out vec3 position) {
-  while (n <= walk.last) {
-    position = position_at(walk, float(n));
-    if (!k_skip_empty) break;
-    ivec3 block = block_of(position);
-    if (is_visible(block)) break;
-    n = beyond_block(walk, n, position, block);
-  }
-  return n;
+// True where sample n, at this position, is to be taken; else n moves on to the next that may be.
+// What every march does in one loop: rays of a group that look and others that go on take their
+// turns then, in place of waiting for each other.
+bool is_to_be_taken(Walk walk, inout int n, out vec3 position) {
+  position = position_at(walk, float(n));
+  if (!k_skip_empty) return true;
+  ivec3 block = block_of(position);
+  int empty = blocks_to_go(block);
+  if (empty == 0) return true;
+  n = beyond_blocks(walk, n, position, block, empty);
+  return false;
 }
 
 // r, g, b and the opacity of one step.
@@ -115,28 +119,29 @@ float brightness(vec3 gradient, vec3 direction) {
 }
 
 // The first sample that is at least the iso value, moved back to where the surface is. n_out counts
-// in samples.
-bool first_hit(Walk walk, out float n_out) {
+// in samples. Refined behind the loop, where all rays of a group do it at once.
+bool first_hit(Walk walk, int refinements, out float n_out) {
   float iso = constants.background.w;
   vec3 position;
-  for (int n = next_sample(walk, 0, position); n <= walk.last;
-       n = next_sample(walk, n + 1, position)) {
-    if (value_at(position) >= iso) {
-      // Bisection, not a secant: the value along the ray is no line between samples.
-      float outside = float(max(n - 1, 0));
-      float inside = float(n);
-      for (int i = 0; i < k_refinements; ++i) {
-        float middle = 0.5 * (outside + inside);
-        if (value_at(position_at(walk, middle)) >= iso) {
-          inside = middle;
-        } else {
-          outside = middle;
-        }
-      }
-      n_out = inside;
-      return true;
+  int n = 0;
+  while (n <= walk.last) {
+    if (!is_to_be_taken(walk, n, position)) continue;
+    if (value_at(position) >= iso) break;
+    ++n;
+  }
+  // Bisection, not a secant: the value along the ray is no line between samples.
+  float outside = float(max(n - 1, 0));
+  float inside = float(n);
+  n_out = 0.0;
+  if (n > walk.last) return false;
+  for (int i = 0; i < refinements; ++i) {
+    float middle = 0.5 * (outside + inside);
+    if (value_at(position_at(walk, middle)) >= iso) {
+      inside = middle;
+    } else {
+      outside = middle;
     }
   }
-  n_out = 0.0;
-  return false;
+  n_out = inside;
+  return true;
 }

@@ -29,9 +29,10 @@ MAILLE_CONSTANT int k_transfer_entries = 1024;
 // What lies behind 1/128 of the light is not seen in 8 bits a channel.
 MAILLE_CONSTANT float k_opaque = 0.9921875f;
 
-// Halvings of the step that brackets a surface: 1/1024 of a step, ten times finer than a pick
-// promises.
-MAILLE_CONSTANT int k_refinements = 10;
+// Halvings of the step that brackets a surface. A pick's 1/1024 of a step is ten times finer than
+// it promises; a picture takes the gradient there, in which 1/32 of a step is not seen.
+MAILLE_CONSTANT int k_pick_refinements = 10;
+MAILLE_CONSTANT int k_picture_refinements = 5;
 
 // Light that reaches a surface turned away from the headlight. Lower hides the shape of hollows,
 // higher flattens everything.

@@ -54,21 +54,21 @@ Result<PassInputs> PassInputs::create(gpu::WorkQueue& queue) {
 
 Result<void> PassInputs::fit(const VolumeTexture& texture) {
   const gpu::Device& device = queue_->device();
-  const std::size_t bytes = texture.visible_blocks().size();
+  const std::size_t bytes = texture.skip_grid().distances().size();
   if (bytes > device.limits().maxStorageBufferRange) {
     return Error{ErrorKind::out_of_memory, "the volume has more blocks than device '" +
                                                device.info().name + "' takes in one buffer"};
   }
-  auto visible = gpu::Buffer::create(
+  auto skip = gpu::Buffer::create(
       device, bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-      gpu::MemoryUse::device, "visible blocks");
-  if (!visible) return visible.error();
+      gpu::MemoryUse::device, "skip grid");
+  if (!skip) return skip.error();
   auto upload = gpu::Buffer::create(device, bytes, VK_BUFFER_USAGE_TRANSFER_SRC_BIT,
-                                    gpu::MemoryUse::upload, "visible blocks, upload");
+                                    gpu::MemoryUse::upload, "skip grid, upload");
   if (!upload) return upload.error();
-  visible_ = std::move(*visible);
-  visible_upload_ = std::move(*upload);
-  visible_there_ = 0;
+  skip_ = std::move(*skip);
+  skip_upload_ = std::move(*upload);
+  skip_there_ = 0;
   return {};
 }
 
@@ -80,14 +80,14 @@ Result<void> PassInputs::record(VkCommandBuffer commands, const VolumeTexture& t
     vkCmdUpdateBuffer(commands, table_.get(), 0, table.size_bytes(), table.data());
     table_there_.assign(table.begin(), table.end());
   }
-  if (visible_there_ != texture.visible_version() + 1) {
-    if (auto free = queue_->wait(visible_busy_until_); !free) return free.error();
-    const auto visible = texture.visible_blocks();
-    std::memcpy(visible_upload_.mapped().data(), visible.data(), visible.size());
-    const VkBufferCopy all{0, 0, visible.size()};
-    vkCmdCopyBuffer(commands, visible_upload_.get(), visible_.get(), 1, &all);
-    visible_there_ = texture.visible_version() + 1;
-    visible_recorded_ = true;
+  if (skip_there_ != texture.skip_version() + 1) {
+    if (auto free = queue_->wait(skip_busy_until_); !free) return free.error();
+    const auto distances = texture.skip_grid().distances();
+    std::memcpy(skip_upload_.mapped().data(), distances.data(), distances.size());
+    const VkBufferCopy all{0, 0, distances.size()};
+    vkCmdCopyBuffer(commands, skip_upload_.get(), skip_.get(), 1, &all);
+    skip_there_ = texture.skip_version() + 1;
+    skip_recorded_ = true;
   }
   gpu::barrier(commands, kTransfer, VK_ACCESS_TRANSFER_WRITE_BIT, kCompute,
                VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_SHADER_READ_BIT);
@@ -95,15 +95,15 @@ Result<void> PassInputs::record(VkCommandBuffer commands, const VolumeTexture& t
 }
 
 void PassInputs::submitted(std::uint64_t value) {
-  if (visible_recorded_) visible_busy_until_ = value;
-  visible_recorded_ = false;
+  if (skip_recorded_) skip_busy_until_ = value;
+  skip_recorded_ = false;
 }
 
 std::array<gpu::Binding, 5> PassInputs::bindings(const VolumeTexture& texture,
                                                  gpu::Binding own) const {
   return {gpu::Binding{.buffer = constants_.get()},
           gpu::Binding{.view = texture.image().view(), .sampler = sampler_.get()},
-          gpu::Binding{.buffer = visible_.get()}, gpu::Binding{.buffer = table_.get()}, own};
+          gpu::Binding{.buffer = skip_.get()}, gpu::Binding{.buffer = table_.get()}, own};
 }
 
 std::array<VkDescriptorType, 5> PassInputs::types(VkDescriptorType own) {
@@ -112,7 +112,7 @@ std::array<VkDescriptorType, 5> PassInputs::types(VkDescriptorType own) {
 }
 
 std::uint64_t PassInputs::gpu_bytes() const {
-  return constants_.bytes() + table_.bytes() + visible_.bytes() + visible_upload_.bytes();
+  return constants_.bytes() + table_.bytes() + skip_.bytes() + skip_upload_.bytes();
 }
 
 shader::PassConstants pass_constants(const ViewDescription& view, const VolumeTexture& texture,

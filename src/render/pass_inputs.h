@@ -1,4 +1,4 @@
-// What every pass over the volume reads: constants, visible blocks, transfer table, sampler.
+// What every pass over the volume reads: constants, skip grid, transfer table, sampler.
 #pragma once
 
 #include <array>
@@ -17,11 +17,11 @@ class PassInputs {
  public:
   static Result<PassInputs> create(gpu::WorkQueue& queue);
 
-  // Room for the visible blocks of this texture. The device must be done with the old one.
+  // Room for the skip grid of this texture. The device must be done with the old one.
   Result<void> fit(const VolumeTexture& texture);
 
   // Records what has changed since the last time, before a dispatch of the same command buffer.
-  // May wait for the copy of the visible blocks before. table: k_transfer_entries.
+  // May wait for the copy of the skip grid before. table: k_transfer_entries.
   Result<void> record(VkCommandBuffer commands, const VolumeTexture& texture,
                       const shader::PassConstants& constants, std::span<const glm::vec4> table);
   // The value of the submission that holds what was recorded.
@@ -35,13 +35,13 @@ class PassInputs {
   gpu::WorkQueue* queue_ = nullptr;
   gpu::Buffer constants_;
   gpu::Buffer table_;
-  gpu::Buffer visible_;
-  gpu::Buffer visible_upload_;
+  gpu::Buffer skip_;
+  gpu::Buffer skip_upload_;
   gpu::OwnedSampler sampler_;
-  std::vector<glm::vec4> table_there_;    // what the device's copy holds
-  std::uint64_t visible_there_ = 0;       // VolumeTexture::visible_version + 1; 0: nothing
-  std::uint64_t visible_busy_until_ = 0;  // the upload buffer is being copied until then
-  bool visible_recorded_ = false;
+  std::vector<glm::vec4> table_there_;  // what the device's copy holds
+  std::uint64_t skip_there_ = 0;        // VolumeTexture::skip_version + 1; 0: nothing
+  std::uint64_t skip_busy_until_ = 0;   // the upload buffer is being copied until then
+  bool skip_recorded_ = false;
 };
 
 // Everything in PassConstants but what depends on the transfer function's table.

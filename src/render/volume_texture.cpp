@@ -74,8 +74,7 @@ Result<std::unique_ptr<VolumeTexture>> VolumeTexture::create(gpu::WorkQueue& que
       std::make_unique<gpu::UploadQueue>(queue, *texture->ring_, *texture->image_, timers);
   texture->ranges_ = BlockRanges(size);
   texture->states_.assign(static_cast<std::size_t>(texture->grid_.count()), BrickState::unseen);
-  const auto blocks = static_cast<std::size_t>(voxel_count(texture->ranges_.blocks()));
-  texture->visible_.assign((blocks + 3) / 4 * 4, 0);
+  texture->skip_grid_ = SkipGrid(texture->ranges_.blocks());
   return texture;
 }
 
@@ -139,11 +138,9 @@ Result<void> VolumeTexture::refresh(glm::ivec3 first, glm::ivec3 end) {
   std::vector<glm::ivec3> fresh;
   Result<void> result;
   for_each_in(glm::max(first, glm::ivec3(0)), glm::min(end, blocks), [&](glm::ivec3 block) {
-    std::uint8_t& known = visible_[static_cast<std::size_t>(linear_index(block, blocks))];
     const bool now = is_visible(ranges_.range(block));
-    if (now == (known != 0)) return;
-    known = now ? 1 : 0;
-    ++visible_version_;
+    if (now == skip_grid_.shows(block)) return;
+    skip_grid_.set(block, now);
     if (now && result) {
       result = image_->commit(texels(reach_of(block, grid_.volume_size())), fresh);
     }
@@ -167,6 +164,7 @@ Result<void> VolumeTexture::set_visibility(const Visibility& visibility) {
     opaque_before_.push_back(opaque_before_.back() + (entry.a > 0.0f ? 1 : 0));
   }
   if (auto done = refresh(glm::ivec3(0), ranges_.blocks()); !done) return done.error();
+  if (skip_grid_.update()) ++skip_version_;
   return trim();
 }
 
@@ -186,6 +184,7 @@ Result<std::uint64_t> VolumeTexture::submit() {
     const glm::ivec3 first = grid_.brick(brick.staged.brick) * kBrickBlocks;
     if (auto done = refresh(first - 1, first + kBrickBlocks); !done) return done.error();
   }
+  if (skip_grid_.update()) ++skip_version_;
   for (Finished& brick : batch) {
     const gpu::TexelBox whole = texels(brick.staged.box);
     const gpu::TexelBox pages = image_->pages_touching(whole);
@@ -232,7 +231,7 @@ Result<void> VolumeTexture::trim() {
   const glm::ivec3 pages = image_->pages();
   std::vector<bool> needed(static_cast<std::size_t>(voxel_count(pages)), false);
   for_each_in(glm::ivec3(0), ranges_.blocks(), [&](glm::ivec3 block) {
-    if (visible_[static_cast<std::size_t>(linear_index(block, ranges_.blocks()))] == 0) return;
+    if (!skip_grid_.shows(block)) return;
     const gpu::TexelBox touched =
         image_->pages_touching(texels(reach_of(block, grid_.volume_size())));
     for_each_in(touched.lo, touched.hi, [&](glm::ivec3 page) {

@@ -29,6 +29,7 @@
 #include "gpu/staging_ring.h"
 #include "gpu/upload_queue.h"
 #include "render/block_ranges.h"
+#include "render/skip_grid.h"
 #include "render/transfer_function.h"
 #include "volume/volume.h"
 
@@ -99,10 +100,11 @@ class VolumeTexture {
   // Those of them that were seen before.
   std::vector<std::int64_t> bricks_wanted_again() const;
 
-  // One byte a block (x fastest), padded to whole 32-bit words: 1 = something in it is visible.
-  std::span<const std::uint8_t> visible_blocks() const { return visible_; }
+  // Where rays may go on without a look; and a number that grows when that changes. Brought up to
+  // date by submit() and set_visibility().
+  const SkipGrid& skip_grid() const { return skip_grid_; }
+  std::uint64_t skip_version() const { return skip_version_; }
   Size3 blocks() const { return ranges_.blocks(); }
-  std::uint64_t visible_version() const { return visible_version_; }  // grows when they change
 
   const gpu::Image3D& image() const { return *image_; }
   gpu::Footprint footprint() const { return image_->footprint(); }
@@ -119,8 +121,7 @@ class VolumeTexture {
 
   VolumeTexture() = default;
   bool is_visible(const ValueRange& range) const;
-  // Brings visible_ up to date for a range of blocks (cut off at the volume) and commits the pages
-  // they need.
+  // Looks at a range of blocks (cut off at the volume) again and commits the pages they need.
   Result<void> refresh(glm::ivec3 first_block, glm::ivec3 end_block);
   Result<void> trim();
 
@@ -138,8 +139,8 @@ class VolumeTexture {
 
   BlockRanges ranges_;
   std::vector<BrickState> states_;
-  std::vector<std::uint8_t> visible_;
-  std::uint64_t visible_version_ = 0;
+  SkipGrid skip_grid_;
+  std::uint64_t skip_version_ = 0;
   std::unique_ptr<Visibility> visibility_;
   std::vector<std::int32_t> opaque_before_;  // [i]: entries of the table before i with any opacity
   std::int64_t bricks_uploaded_ = 0;
