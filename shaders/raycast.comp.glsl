@@ -12,14 +12,28 @@ layout(constant_id = 1) const bool k_shading = true;
 
 layout(set = 0, binding = 4, rgba8) writeonly uniform image2D picture;
 
+vec3 surface_color(Walk walk, float n) {
+  vec3 color = transfer_at(constants.background.w).rgb;
+  if (k_shading) color *= brightness(gradient_at(position_at(walk, n)), walk.direction);
+  return color;
+}
+
 vec3 composite(Walk walk) {
   vec3 color = vec3(0.0);
   float opacity = 0.0;
+  bool hit = false;
   vec3 position;
-  for (int n = 0; n <= walk.last;) {
-    if (!is_to_be_taken(walk, n, position)) continue;
+  int n = 0;
+  int sure = 0;
+  while (n <= walk.last) {
+    if (!is_to_be_taken(walk, n, sure, position)) continue;
+    float value = value_at(position);
+    if (k_mode == k_mode_composite_with_iso && value >= constants.background.w) {
+      hit = true;
+      break;
+    }
     ++n;
-    vec4 sampled = transfer_at(value_at(position));
+    vec4 sampled = transfer_at(value);
     if (sampled.a > 0.0) {
       if (k_shading) sampled.rgb *= brightness(gradient_at(position), walk.direction);
       float part = sampled.a * (1.0 - opacity);
@@ -28,33 +42,60 @@ vec3 composite(Walk walk) {
       if (opacity > k_opaque) break;
     }
   }
-  return color + (1.0 - opacity) * constants.background.rgb;
+  vec3 behind = constants.background.rgb;
+  if (hit) behind = surface_color(walk, surface_before(walk, n, k_picture_refinements));
+  return color + (1.0 - opacity) * behind;
 }
 
 vec3 iso_surface(Walk walk) {
   float n;
   if (!first_hit(walk, k_picture_refinements, n)) return constants.background.rgb;
-  vec3 color = transfer_at(constants.background.w).rgb;
-  if (k_shading) color *= brightness(gradient_at(position_at(walk, n)), walk.direction);
-  return color;
+  return surface_color(walk, n);
 }
 
 // From the background's colour (the transfer function's lowest value) to white (its highest).
-vec3 highest_value(Walk walk) {
-  float highest = constants.transfer.x;
-  vec3 position;
-  for (int n = 0; n <= walk.last;) {
-    if (!is_to_be_taken(walk, n, position)) continue;
-    ++n;
-    highest = max(highest, value_at(position));
-  }
-  float part = (highest - constants.transfer.x) * constants.transfer.y;
+vec3 grey(float value) {
+  float part = (value - constants.transfer.x) * constants.transfer.y;
   part /= float(k_transfer_entries - 1);
   return mix(constants.background.rgb, vec3(1.0), clamp(part, 0.0, 1.0));
 }
 
+vec3 highest_value(Walk walk) {
+  float highest = constants.transfer.x;
+  vec3 position;
+  int n = 0;
+  int sure = 0;
+  while (n <= walk.last) {
+    if (!is_to_be_taken(walk, n, sure, position)) continue;
+    ++n;
+    highest = max(highest, value_at(position));
+  }
+  return grey(highest);
+}
+
+// What is not above the transfer function's lowest value is air, and counts for nothing.
+vec3 mean_value(Walk walk) {
+  float sum = 0.0;
+  int count = 0;
+  vec3 position;
+  int n = 0;
+  int sure = 0;
+  while (n <= walk.last) {
+    if (!is_to_be_taken(walk, n, sure, position)) continue;
+    ++n;
+    float above = value_at(position) - constants.transfer.x;
+    if (above > 0.0) {
+      sum += above;
+      ++count;
+    }
+  }
+  return grey(constants.transfer.x + sum / float(max(count, 1)));
+}
+
 void main() {
-  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+  int lane = int(gl_LocalInvocationIndex);
+  ivec2 in_group = ivec2((lane >> 1 & 4) + (lane & 3), (lane >> 3 & 6) + (lane >> 2 & 1));
+  ivec2 pixel = ivec2(gl_WorkGroupID.xy) * k_group_edge + in_group;
   if (any(greaterThanEqual(pixel, imageSize(picture)))) return;
   vec2 at = vec2(pixel) + 0.5;
   vec3 toward = constants.corner.xyz + at.x * constants.across.xyz + at.y * constants.along.xyz;
@@ -65,6 +106,8 @@ void main() {
       color = iso_surface(walk);
     } else if (k_mode == k_mode_mip) {
       color = highest_value(walk);
+    } else if (k_mode == k_mode_average) {
+      color = mean_value(walk);
     } else {
       color = composite(walk);
     }

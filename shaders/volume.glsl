@@ -45,7 +45,7 @@ vec3 position_at(Walk walk, float n) {
 }
 
 float value_at(vec3 position) {
-  return textureLod(volume, (position + 0.5) / vec3(constants.volume_size.xyz), 0.0).r;
+  return textureLod(volume, (position + 0.5) * constants.texture_from_voxel.xyz, 0.0).r;
 }
 
 vec3 gradient_at(vec3 position) {
@@ -78,15 +78,20 @@ int beyond_blocks(Walk walk, int n, vec3 position, ivec3 block, int empty) {
 }
 
 // True where sample n, at this position, is to be taken; else n moves on to the next that may be.
-// What every march does in one loop: rays of a group that look and others that go on take their
-// turns then, in place of waiting for each other.
-bool is_to_be_taken(Walk walk, inout int n, out vec3 position) {
+// `sure`: samples before that one lie in a block that shows something; 0 to begin with. What every
+// march does in one loop: rays of a group that look and others that go on take their turns then, in
+// place of waiting for each other.
+bool is_to_be_taken(Walk walk, inout int n, inout int sure, out vec3 position) {
   position = position_at(walk, float(n));
-  if (!k_skip_empty) return true;
+  if (!k_skip_empty || n < sure) return true;
   ivec3 block = block_of(position);
   int empty = blocks_to_go(block);
-  if (empty == 0) return true;
-  n = beyond_blocks(walk, n, position, block, empty);
+  int beyond = beyond_blocks(walk, n, position, block, max(empty, 1));
+  if (empty == 0) {
+    sure = beyond;
+    return true;
+  }
+  n = beyond;
   return false;
 }
 
@@ -118,30 +123,34 @@ float brightness(vec3 gradient, vec3 direction) {
   return mix(1.0, k_ambient + (1.0 - k_ambient) * min(cosine, 1.0), weight);
 }
 
-// The first sample that is at least the iso value, moved back to where the surface is. n_out counts
-// in samples. Refined behind the loop, where all rays of a group do it at once.
-bool first_hit(Walk walk, int refinements, out float n_out) {
-  float iso = constants.background.w;
-  vec3 position;
-  int n = 0;
-  while (n <= walk.last) {
-    if (!is_to_be_taken(walk, n, position)) continue;
-    if (value_at(position) >= iso) break;
-    ++n;
-  }
-  // Bisection, not a secant: the value along the ray is no line between samples.
+// Sample n is the first one of the iso value: where between it and the one before the surface is.
+// Counts in samples. To be called behind the loop that finds n, where all rays of a group do it at
+// once. Bisection, not a secant: the value along the ray is no line between samples.
+float surface_before(Walk walk, int n, int refinements) {
   float outside = float(max(n - 1, 0));
   float inside = float(n);
-  n_out = 0.0;
-  if (n > walk.last) return false;
   for (int i = 0; i < refinements; ++i) {
     float middle = 0.5 * (outside + inside);
-    if (value_at(position_at(walk, middle)) >= iso) {
+    if (value_at(position_at(walk, middle)) >= constants.background.w) {
       inside = middle;
     } else {
       outside = middle;
     }
   }
-  n_out = inside;
-  return true;
+  return inside;
+}
+
+// The first surface of the iso value.
+bool first_hit(Walk walk, int refinements, out float n_out) {
+  vec3 position;
+  int n = 0;
+  int sure = 0;
+  while (n <= walk.last) {
+    if (!is_to_be_taken(walk, n, sure, position)) continue;
+    if (value_at(position) >= constants.background.w) break;
+    ++n;
+  }
+  bool hit = n <= walk.last;
+  n_out = hit ? surface_before(walk, n, refinements) : 0.0;
+  return hit;
 }

@@ -30,9 +30,9 @@ MAILLE_CONSTANT int k_transfer_entries = 1024;
 MAILLE_CONSTANT float k_opaque = 0.9921875f;
 
 // Halvings of the step that brackets a surface. A pick's 1/1024 of a step is ten times finer than
-// it promises; a picture takes the gradient there, in which 1/32 of a step is not seen.
+// it promises; a picture takes the gradient there, in which 1/16 of a step is not seen.
 MAILLE_CONSTANT int k_pick_refinements = 10;
-MAILLE_CONSTANT int k_picture_refinements = 5;
+MAILLE_CONSTANT int k_picture_refinements = 4;
 
 // Light that reaches a surface turned away from the headlight. Lower hides the shape of hollows,
 // higher flattens everything.
@@ -50,11 +50,14 @@ MAILLE_CONSTANT float k_wall_margin = 0.002f;
 MAILLE_CONSTANT int k_mode_composite = 0;
 MAILLE_CONSTANT int k_mode_iso = 1;
 MAILLE_CONSTANT int k_mode_mip = 2;
+MAILLE_CONSTANT int k_mode_composite_with_iso = 3;
+MAILLE_CONSTANT int k_mode_average = 4;
 
 // Lengths are in voxels, values in texel units (what the sampler returns).
 struct PassConstants {
-  ivec4 volume_size;  // xyz voxels
-  ivec4 block_count;  // xyz blocks
+  ivec4 volume_size;        // xyz voxels
+  ivec4 block_count;        // xyz blocks
+  vec4 texture_from_voxel;  // xyz: one voxel, as a part of the texture along each axis
   // direction(position) = corner + position.x * across + position.y * along, in voxels. Not unit.
   vec4 eye;  // xyz; w: sampling distance
   vec4 corner;

@@ -39,9 +39,11 @@ Plan plan_of(const Scene& scene, const Purpose& purpose) {
   plan.pick_pass = plan.vulkan && (purpose.window || purpose.picks || any_picked_drag(scene));
   plan.render_actions = plan.vulkan || !any_action<RenderAction>(scene);
   plan.shading = plan.vulkan && scene.render.shading;
-  plan.iso = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::iso);
-  plan.mip = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::mip);
-  plan.composite = plan.vulkan && (purpose.window || scene.render.mode == RenderMode::composite);
+  const RenderMode mode = scene.render.mode;
+  plan.composite = plan.vulkan && (purpose.window || composites(mode));
+  plan.iso = plan.vulkan && (purpose.window || shows_iso(mode));
+  plan.mip = plan.vulkan && mode == RenderMode::mip;
+  plan.average = plan.vulkan && mode == RenderMode::average;
   return plan;
 }
 
@@ -70,6 +72,7 @@ std::vector<std::string> Plan::left_out() const {
   add(composite, "composite");
   add(iso, "iso");
   add(mip, "mip");
+  add(average, "average");
   add(window, "window");
   return names;
 }

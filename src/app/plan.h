@@ -32,6 +32,7 @@ struct Plan {
   bool composite = false;
   bool iso = false;
   bool mip = false;
+  bool average = false;
   bool window = false;
 
   // Any of these: a lattice and a deformer.

@@ -235,6 +235,14 @@ std::variant<TransferPreset, TransferFunction> read_transfer_function(const Json
   return TransferPreset{};
 }
 
+std::string mode_names() {
+  std::string names;
+  for (const RenderMode mode : kRenderModes) {
+    names += (names.empty() ? "" : ", ") + std::string(name_of(mode));
+  }
+  return names;
+}
+
 PictureSettings read_render(const JsonReader& value) {
   value.expect_object(
       {"mode", "iso_value", "step_voxels", "shading", "background", "margin_voxels"});
@@ -242,15 +250,12 @@ PictureSettings read_render(const JsonReader& value) {
   if (value.has("mode")) {
     const auto mode = value.at("mode");
     const auto name = mode.string();
-    if (name == "iso") {
-      settings.mode = RenderMode::iso;
-    } else if (name == "mip") {
-      settings.mode = RenderMode::mip;
-    } else if (name == "composite+iso" || name == "average" || name == "slice") {
-      mode.refuse("\"" + name +
-                  "\" is not in this version's format yet (known: composite, iso, mip)");
-    } else if (name != "composite") {
-      mode.refuse_value("\"composite\", \"iso\" or \"mip\"");
+    if (const auto known = render_mode_named(name)) {
+      settings.mode = *known;
+    } else if (name == "slice") {
+      mode.refuse("\"slice\" is not in this version's format yet (known: " + mode_names() + ")");
+    } else {
+      mode.refuse_value(mode_names());
     }
   }
   if (value.has("iso_value")) settings.iso_value = value.at("iso_value").number();

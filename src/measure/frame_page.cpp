@@ -11,15 +11,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* name_of(RenderMode mode) {
-  switch (mode) {
-    case RenderMode::composite: return "composite";
-    case RenderMode::iso: return "iso";
-    case RenderMode::mip: break;
-  }
-  return "mip";
-}
-
 std::string text_of_size(Size3 size) {
   return std::to_string(size.x) + "x" + std::to_string(size.y) + "x" + std::to_string(size.z);
 }

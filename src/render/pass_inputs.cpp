@@ -133,6 +133,7 @@ shader::PassConstants pass_constants(const ViewDescription& view, const VolumeTe
 
   shader::PassConstants constants{};
   constants.volume_size = glm::ivec4(texture.grid().volume_size(), 0);
+  constants.texture_from_voxel = glm::vec4(1.0 / glm::dvec3(texture.grid().volume_size()), 0.0);
   constants.block_count = glm::ivec4(texture.blocks(), 0);
   constants.eye = glm::vec4(point(view.fan.eye_mm), static_cast<float>(view.step_voxels));
   constants.corner = vector(view.fan.corner);

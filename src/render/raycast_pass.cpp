@@ -9,9 +9,11 @@ int mode_number(RenderMode mode) {
   switch (mode) {
     case RenderMode::composite: return shader::k_mode_composite;
     case RenderMode::iso: return shader::k_mode_iso;
-    case RenderMode::mip: break;
+    case RenderMode::composite_with_iso: return shader::k_mode_composite_with_iso;
+    case RenderMode::mip: return shader::k_mode_mip;
+    case RenderMode::average: break;
   }
-  return shader::k_mode_mip;
+  return shader::k_mode_average;
 }
 
 }  // namespace

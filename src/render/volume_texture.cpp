@@ -116,11 +116,12 @@ bool VolumeTexture::is_visible(const ValueRange& range) const {
                            ? 1e-5 * std::max(std::abs(range.lowest), std::abs(range.highest))
                            : 0.01;
   const TransferFunction& transfer = visibility_->transfer;
-  switch (visibility_->mode) {
-    case RenderMode::iso: return range.highest >= visibility_->iso_value - stray;
-    case RenderMode::mip: return range.highest >= transfer.lowest() - stray;
-    case RenderMode::composite: break;
+  const RenderMode mode = visibility_->mode;
+  if (mode == RenderMode::mip || mode == RenderMode::average) {
+    return range.highest >= transfer.lowest() - stray;
   }
+  if (shows_iso(mode) && range.highest >= visibility_->iso_value - stray) return true;
+  if (!composites(mode)) return false;
   constexpr int last = shader::k_transfer_entries - 1;
   const double span = transfer.highest() - transfer.lowest();
   const auto entry = [&](double value) {

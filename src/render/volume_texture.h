@@ -29,17 +29,12 @@
 #include "gpu/staging_ring.h"
 #include "gpu/upload_queue.h"
 #include "render/block_ranges.h"
+#include "render/render_mode.h"
 #include "render/skip_grid.h"
 #include "render/transfer_function.h"
 #include "volume/volume.h"
 
 namespace maille {
-
-enum class RenderMode {
-  composite,  // front to back through the transfer function
-  iso,        // the first surface of one value
-  mip,        // the highest value along the ray
-};
 
 // Which values show anything at all.
 struct Visibility {

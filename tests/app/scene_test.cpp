@@ -124,6 +124,16 @@ TEST(Scene, ReadsEveryKey) {
   EXPECT_EQ(name_of(scene.actions[12]), "restore");
 }
 
+TEST(Scene, EveryModeIsReadByItsName) {
+  for (const RenderMode mode : kRenderModes) {
+    const auto text = R"({"volume": {"phantom": "head"}, "render": {"mode": ")" +
+                      std::string(name_of(mode)) + "\"}}";
+    const auto scene = parse_scene(text, "dir/scene.json");
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ(scene->render.mode, mode);
+  }
+}
+
 TEST(Scene, RefusalsNameFilePathAndExpectation) {
   const std::string known =
       " (known: drag, relax, cut, carve, restore, render, release, undo, redo, save)";
@@ -211,7 +221,7 @@ TEST(Scene, RefusalsNameFilePathAndExpectation) {
       {with(R"("transfer_function": {"points": []})"),
        "transfer_function.points: a transfer function needs a point"},
       {with(R"("render": {"mode": "slice"})"),
-       "render.mode: \"slice\" is not in this version's format yet (known: composite, iso, mip)"},
+       "render.mode: \"slice\" is not in this version's format yet (known: composite, iso, composite+iso, mip, average)"},
       {with(R"("render": {"step_voxels": 0})"),
        "render.step_voxels: expected a number from 0.05 to 16, got 0"},
       {with(R"("render": {"background": [0, 0, 1.5]})"),

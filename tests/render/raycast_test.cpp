@@ -88,6 +88,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"iso_inside", dense, VoxelType::int16, iso, true, 1.0, true, true},
         Case{"iso_float", dense, VoxelType::float32, iso, true, 1.0, true, false},
         Case{"iso_sparse", sparse, VoxelType::int16, iso, true, 1.0, true, false},
+        Case{"with_iso", dense, VoxelType::int16, composite_with_iso, true, 1.0, true, false},
+        Case{"with_iso_sparse", sparse, VoxelType::int16, composite_with_iso, true, 0.6, true,
+             false},
+        Case{"average", dense, VoxelType::int16, average, false, 1.0, true, false},
+        Case{"average_sparse", sparse, VoxelType::uint16, average, false, 1.0, true, false},
         Case{"mip", dense, VoxelType::int16, mip, false, 1.0, true, false},
         Case{"mip_sparse", sparse, VoxelType::uint8, mip, false, 1.0, true, false}),
     [](const auto& test) { return std::string(test.param.name); });
@@ -115,13 +120,13 @@ TEST_P(RaycastTypes, SparseAndDensePicturesAreTheSameBits) {
   const Volume volume = three_balls(GetParam());
   const TransferFunction transfer = soft_transfer(volume.type());
   const Camera camera = framing(volume.size(), volume.world_from_voxel(), kSize);
-  for (const RenderMode mode : {composite, iso, mip}) {
+  for (const RenderMode mode : kRenderModes) {
     const RenderSettings settings{.mode = mode, .iso_value = in_type(volume.type(), 0.0)};
     show(*sparse_renderer, volume, transfer, settings);
     show(*dense_renderer, volume, transfer, settings);
     EXPECT_EQ(draw(*sparse_renderer, camera, kSize).rgba,
               draw(*dense_renderer, camera, kSize).rgba);
-    if (mode != mip) {
+    if (mode != mip && mode != average) {
       const RenderCounters counters = sparse_renderer->counters();
       EXPECT_LT(counters.pages_resident, counters.pages_total);
       EXPECT_GT(counters.pages_resident, 0);
@@ -133,7 +138,7 @@ TEST_F(RaycastTest, SkippingChangesNoBit) {
   MAILLE_OPEN(renderer, gpu::Store::dense);
   const Volume volume = three_balls();
   const TransferFunction transfer = soft_transfer(volume.type());
-  for (const RenderMode mode : {composite, iso, mip}) {
+  for (const RenderMode mode : kRenderModes) {
     for (const double step : {1.0, 0.23, 3.7}) {
       RenderSettings settings{
           .mode = mode, .iso_value = in_type(volume.type(), 0.0), .step_voxels = step};
@@ -319,7 +324,7 @@ TEST_P(RaycastStores, WhatIsNotFiniteIsShownAsTheLowestValue) {
   const Camera camera = framing(size, axis_aligned({1, 1, 1}), kSize);
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  for (const RenderMode mode : {composite, iso, mip}) {
+  for (const RenderMode mode : kRenderModes) {
     const RenderSettings settings{.mode = mode, .iso_value = -300};
     const Volume air = padded_with(-1000, -1000);
     show(*renderer, air, transfer, settings);
@@ -342,7 +347,7 @@ TEST_P(RaycastStores, AVolumeWithoutAFiniteSampleShowsNothing) {
   const TransferFunction opaque =
       *TransferFunction::of({{-1, {1, 1, 1}, 0.5}, {1, {1, 1, 1}, 0.5}});
   const Camera camera = framing(volume.size(), volume.world_from_voxel(), kSize);
-  for (const RenderMode mode : {composite, iso, mip}) {
+  for (const RenderMode mode : kRenderModes) {
     show(*renderer, volume, opaque, {.mode = mode, .iso_value = -0.5});
     const Picture drawn = draw(*renderer, camera, kSize);
     for (std::size_t i = 0; i < drawn.rgba.size(); ++i) {

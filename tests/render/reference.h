@@ -117,10 +117,21 @@ inline glm::dvec3 color(const Volume& volume, const TransferFunction& transfer,
   glm::dvec3 sum(0.0);
   double clear = 1.0;
   double highest = transfer.lowest();
+  double above = 0.0;
+  int counted = 0;
   for (int n = 0; n * settings.step_voxels <= m.length; ++n) {
     const glm::dvec3 voxel = m.entry + m.direction * (n * settings.step_voxels);
     const double value = value_at(volume, voxel);
+    if (settings.mode == RenderMode::composite_with_iso && value >= settings.iso_value) {
+      RenderSettings surface = settings;
+      surface.mode = RenderMode::iso;
+      return sum + clear * color(volume, transfer, surface, ray);
+    }
     highest = std::max(highest, value);
+    if (value > transfer.lowest()) {
+      above += value - transfer.lowest();
+      ++counted;
+    }
     const glm::dvec4 sample = transfer.at(value);
     const double opacity = 1.0 - std::pow(1.0 - sample.a, settings.step_voxels);
     if (opacity == 0.0) continue;
@@ -128,9 +139,10 @@ inline glm::dvec3 color(const Volume& volume, const TransferFunction& transfer,
     sum += glm::dvec3(sample) * light * opacity * clear;
     clear *= 1.0 - opacity;
   }
-  if (settings.mode == RenderMode::mip) {
-    const double part = std::clamp(
-        (highest - transfer.lowest()) / (transfer.highest() - transfer.lowest()), 0.0, 1.0);
+  if (settings.mode == RenderMode::mip || settings.mode == RenderMode::average) {
+    const double over = settings.mode == RenderMode::mip ? highest - transfer.lowest()
+                                                         : above / std::max(counted, 1);
+    const double part = std::clamp(over / (transfer.highest() - transfer.lowest()), 0.0, 1.0);
     return glm::mix(settings.background, glm::dvec3(1.0), part);
   }
   return sum + clear * settings.background;
