@@ -9,6 +9,8 @@ layout(local_size_x = k_group_edge, local_size_y = k_group_edge) in;
 
 layout(constant_id = 0) const int k_mode = k_mode_composite;
 layout(constant_id = 1) const bool k_shading = true;
+// What lies between two samples is taken for all values on the way.
+layout(constant_id = 3) const bool k_integrated = true;
 
 layout(set = 0, binding = 4, rgba8) writeonly uniform image2D picture;
 
@@ -18,6 +20,48 @@ vec3 surface_color(Walk walk, float n) {
   return color;
 }
 
+// What a ray has met so far, where the way between two samples is integrated.
+struct Front {
+  int n;  // of the last sample
+  float at;
+  vec4 integral;
+};
+
+// r, g, b and the opacity of the way from the sample before to this one. Where that one was left out
+// the function is clear from there to here, values in between included: a value changes steadily
+// along a ray, and no block on the way has one that shows.
+//
+// where: what absorbs lies about there, counted in samples. Lit there, not at the sample: else a
+// surface would be lit at another depth from pixel to pixel, and show rings again.
+vec4 on_the_way(inout Front front, int n, float value, out float where) {
+  float at = entry_of(value);
+  vec4 integral = table_at(k_transfer_entries, at);
+  bool first = n != front.n + 1;
+  if (first) {
+    front.at = at;
+    front.integral = integral;
+  }
+  float from = front.at;
+  float way = at - from;
+  where = first ? float(n) : float(n) - 0.5;
+  vec4 depth;
+  if (abs(way) < 1.0) {
+    // Differences of the integrals have no digits left here.
+    depth = table_at(0, 0.5 * (at + from));
+    depth.rgb *= depth.a;
+  } else {
+    depth = (integral - front.integral) / way;
+    if (k_shading && depth.a > 0.0) {
+      float place = (table_at(2 * k_transfer_entries, at).a -
+                     table_at(2 * k_transfer_entries, from).a) / (depth.a * way);
+      where = float(n) - 1.0 + clamp((place - from) / way, 0.0, 1.0);
+    }
+  }
+  front = Front(n, at, integral);
+  if (!(depth.a > 0.0)) return vec4(0.0);
+  return vec4(depth.rgb / depth.a, 1.0 - exp(-depth.a));
+}
+
 vec3 composite(Walk walk) {
   vec3 color = vec3(0.0);
   float opacity = 0.0;
@@ -25,6 +69,7 @@ vec3 composite(Walk walk) {
   vec3 position;
   int n = 0;
   int sure = 0;
+  Front front = Front(-2, 0.0, vec4(0.0));
   while (n <= walk.last) {
     if (!is_to_be_taken(walk, n, sure, position)) continue;
     float value = value_at(position);
@@ -32,10 +77,13 @@ vec3 composite(Walk walk) {
       hit = true;
       break;
     }
+    float where = float(n);
+    vec4 sampled = k_integrated ? on_the_way(front, n, value, where) : transfer_at(value);
     ++n;
-    vec4 sampled = transfer_at(value);
     if (sampled.a > 0.0) {
-      if (k_shading) sampled.rgb *= brightness(gradient_at(position), walk.direction);
+      if (k_shading) {
+        sampled.rgb *= brightness(gradient_at(position_at(walk, where)), walk.direction);
+      }
       float part = sampled.a * (1.0 - opacity);
       color += sampled.rgb * part;
       opacity += part;

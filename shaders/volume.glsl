@@ -85,9 +85,9 @@ bool is_to_be_taken(Walk walk, inout int n, inout int sure, out vec3 position) {
   position = position_at(walk, float(n));
   if (!k_skip_empty || n < sure) return true;
   ivec3 block = block_of(position);
-  int empty = blocks_to_go(block);
+  int empty = blocks_to_go(block) - constants.block_count.w;
   int beyond = beyond_blocks(walk, n, position, block, max(empty, 1));
-  if (empty == 0) {
+  if (empty <= 0) {
     sure = beyond;
     return true;
   }
@@ -95,14 +95,22 @@ bool is_to_be_taken(Walk walk, inout int n, inout int sure, out vec3 position) {
   return false;
 }
 
-// r, g, b and the opacity of one step.
-vec4 transfer_at(float value) {
+// Where in the transfer table.
+float entry_of(float value) {
   float at = (value - constants.transfer.x) * constants.transfer.y;
   // Written so that a NaN lands at 0.
-  at = at > 0.0 ? min(at, float(k_transfer_entries - 1)) : 0.0;
-  int entry = min(int(at), k_transfer_entries - 2);
-  return mix(transfer_table[entry], transfer_table[entry + 1], at - float(entry));
+  return at > 0.0 ? min(at, float(k_transfer_entries - 1)) : 0.0;
 }
+
+// first: of the table, or of the integrals behind it. Between two equal entries exactly theirs.
+vec4 table_at(int first, float at) {
+  int entry = min(int(at), k_transfer_entries - 2);
+  vec4 low = transfer_table[first + entry];
+  return low + (at - float(entry)) * (transfer_table[first + entry + 1] - low);
+}
+
+// r, g, b and the opacity of one step (or its optical depth, where there are integrals).
+vec4 transfer_at(float value) { return table_at(0, entry_of(value)); }
 
 float squared_length(vec4 diagonal, vec4 mixed, vec3 v) {
   return dot(diagonal.xyz, v * v) + 2.0 * dot(mixed.xyz, v.yzx * v.zxy);

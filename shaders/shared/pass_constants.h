@@ -23,7 +23,7 @@ MAILLE_CONSTANT int k_group_edge = 8;
 MAILLE_CONSTANT int k_block_edge = 8;
 
 // An entry every 4 HU when the function spans a whole 12-bit CT, with lines in between, and 16 KiB,
-// which one vkCmdUpdateBuffer carries (its limit is 64 KiB).
+// or 48 with the integrals, which one vkCmdUpdateBuffer carries (its limit is 64 KiB).
 MAILLE_CONSTANT int k_transfer_entries = 1024;
 
 // What lies behind 1/128 of the light is not seen in 8 bits a channel.
@@ -56,7 +56,7 @@ MAILLE_CONSTANT int k_mode_average = 4;
 // Lengths are in voxels, values in texel units (what the sampler returns).
 struct PassConstants {
   ivec4 volume_size;        // xyz voxels
-  ivec4 block_count;        // xyz blocks
+  ivec4 block_count;        // xyz blocks; w: so many around what shows are looked at too
   vec4 texture_from_voxel;  // xyz: one voxel, as a part of the texture along each axis
   // direction(position) = corner + position.x * across + position.y * along, in voxels. Not unit.
   vec4 eye;  // xyz; w: sampling distance

@@ -45,6 +45,7 @@ struct PictureSettings {
   std::optional<double> iso_value;  // else the transfer function's surface
   double step_voxels = 1.0;
   bool shading = true;
+  bool preintegration = true;
   glm::dvec3 background{0.1, 0.11, 0.13};
   int margin_voxels = 0;  // of what was pulled out of the volume, on every side
 };

@@ -244,8 +244,8 @@ std::string mode_names() {
 }
 
 PictureSettings read_render(const JsonReader& value) {
-  value.expect_object(
-      {"mode", "iso_value", "step_voxels", "shading", "background", "margin_voxels"});
+  value.expect_object({"mode", "iso_value", "step_voxels", "shading", "preintegration",
+                       "background", "margin_voxels"});
   PictureSettings settings;
   if (value.has("mode")) {
     const auto mode = value.at("mode");
@@ -263,6 +263,9 @@ PictureSettings read_render(const JsonReader& value) {
     settings.step_voxels = value.at("step_voxels").number(Bounds::between(0.05, 16));
   }
   if (value.has("shading")) settings.shading = value.at("shading").boolean();
+  if (value.has("preintegration")) {
+    settings.preintegration = value.at("preintegration").boolean();
+  }
   if (value.has("background")) {
     settings.background = value.at("background").vector(Bounds::between(0, 1));
   }

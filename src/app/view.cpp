@@ -61,6 +61,7 @@ Result<std::unique_ptr<View>> View::create(Document& document, const ViewOptions
   settings.iso_value = scene.iso_value.value_or(transfer->surface_value());
   settings.step_voxels = scene.step_voxels;
   settings.shading = scene.shading;
+  settings.preintegration = scene.preintegration;
   settings.background = scene.background;
   // Settings first: what is visible is then decided once, and nothing is wanted that is not seen.
   if (auto set = view->renderer_->set_settings(settings); !set) return set.error();

@@ -29,7 +29,7 @@ Result<PassInputs> PassInputs::create(gpu::WorkQueue& queue) {
   if (!constants) return constants.error();
   inputs.constants_ = std::move(*constants);
   auto table =
-      gpu::Buffer::create(device, shader::k_transfer_entries * sizeof(glm::vec4),
+      gpu::Buffer::create(device, 3 * shader::k_transfer_entries * sizeof(glm::vec4),
                           VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
                           gpu::MemoryUse::device, "transfer table");
   if (!table) return table.error();
@@ -134,7 +134,7 @@ shader::PassConstants pass_constants(const ViewDescription& view, const VolumeTe
   shader::PassConstants constants{};
   constants.volume_size = glm::ivec4(texture.grid().volume_size(), 0);
   constants.texture_from_voxel = glm::vec4(1.0 / glm::dvec3(texture.grid().volume_size()), 0.0);
-  constants.block_count = glm::ivec4(texture.blocks(), 0);
+  constants.block_count = glm::ivec4(texture.blocks(), texture.halo_blocks());
   constants.eye = glm::vec4(point(view.fan.eye_mm), static_cast<float>(view.step_voxels));
   constants.corner = vector(view.fan.corner);
   constants.across = vector(view.fan.across);

@@ -21,7 +21,7 @@ class PassInputs {
   Result<void> fit(const VolumeTexture& texture);
 
   // Records what has changed since the last time, before a dispatch of the same command buffer.
-  // May wait for the copy of the skip grid before. table: k_transfer_entries.
+  // May wait for the copy of the skip grid before. table: at most 3 k_transfer_entries.
   Result<void> record(VkCommandBuffer commands, const VolumeTexture& texture,
                       const shader::PassConstants& constants, std::span<const glm::vec4> table);
   // The value of the submission that holds what was recorded.

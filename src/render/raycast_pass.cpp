@@ -27,10 +27,11 @@ void RaycastPass::bind(const PassInputs& inputs, const VolumeTexture& texture,
 
 Result<void> RaycastPass::prepare(const gpu::Device& device, const RaycastVariant& variant) {
   if (pipelines_.contains(variant)) return {};
-  const std::array<gpu::Specialization, 3> constants{
+  const std::array<gpu::Specialization, 4> constants{
       {{0, static_cast<std::uint32_t>(mode_number(variant.mode))},
        {1, variant.shading ? 1u : 0u},
-       {2, variant.skip_empty ? 1u : 0u}}};
+       {2, variant.skip_empty ? 1u : 0u},
+       {3, variant.integrated ? 1u : 0u}}};
   const auto types = PassInputs::types(VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
   auto pipeline = gpu::ComputePipeline::create(device, {.spirv = k_raycast_spirv,
                                                         .bindings = types,

@@ -14,6 +14,7 @@ struct RaycastVariant {
   RenderMode mode = RenderMode::composite;
   bool shading = true;
   bool skip_empty = true;
+  bool integrated = true;
   auto operator<=>(const RaycastVariant&) const = default;
 };
 

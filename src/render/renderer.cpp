@@ -1,6 +1,7 @@
 #include "render/renderer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "core/trace.h"
@@ -41,10 +42,18 @@ struct Renderer::State {
 
   Result<void> show_what_is_visible() {
     if (!texture) return {};
-    return texture->set_visibility({settings.mode, settings.iso_value, *transfer});
+    return texture->set_visibility({settings.mode, settings.iso_value, *transfer, halo_blocks()});
   }
   void rebuild_table() {
-    table = transfer->table(shader::k_transfer_entries, settings.step_voxels);
+    table = integrates()
+                ? transfer->integrated_table(shader::k_transfer_entries, settings.step_voxels)
+                : transfer->table(shader::k_transfer_entries, settings.step_voxels);
+  }
+  bool integrates() const { return settings.preintegration && composites(settings.mode); }
+  // Blocks that the way from a sample in one that shows something may lead through.
+  int halo_blocks() const {
+    if (!integrates()) return 0;
+    return static_cast<int>(std::ceil(settings.step_voxels / kBlockEdge));
   }
   Result<void> fit_picture(PictureSize size);
   shader::PassConstants constants(const RayFan& fan) const {
@@ -143,8 +152,8 @@ Result<void> Renderer::set_settings(const RenderSettings& settings) {
   State& s = *state_;
   const RenderSettings before = s.settings;
   s.settings = settings;
-  if (settings.step_voxels != before.step_voxels) s.rebuild_table();
-  if (settings.mode == before.mode && settings.iso_value == before.iso_value) return {};
+  if (settings == before) return {};
+  s.rebuild_table();
   return s.show_what_is_visible();
 }
 
@@ -210,7 +219,7 @@ Result<void> Renderer::render(const Camera& camera, PictureSize size) {
   if (auto fitted = s.fit_picture(size); !fitted) return fitted.error();
   // Unbound pages hold anything, so a sparse volume is never marched through without skipping.
   const RaycastVariant variant{s.settings.mode, s.settings.shading,
-                               s.settings.skip_empty || sparse_store()};
+                               s.settings.skip_empty || sparse_store(), s.integrates()};
   if (auto made = s.raycast.prepare(*s.device, variant); !made) return made.error();
   auto commands = s.queue->begin();
   if (!commands) return commands.error();

@@ -49,6 +49,9 @@ struct RenderSettings {
   double iso_value = 0.0;    // stored units; also what a pick looks for
   double step_voxels = 1.0;  // sampling distance; > 0
   bool shading = true;
+  // A composite takes what lies between two samples for all values on the way: without, what is
+  // thinner than a step shows rings.
+  bool preintegration = true;
   glm::dvec3 background{0.1, 0.11, 0.13};
   // false marches through everything (dense store only): same pixels, for tests and measuring
   bool skip_empty = true;

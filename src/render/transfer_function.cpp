@@ -131,4 +131,37 @@ std::vector<glm::vec4> TransferFunction::table(int entries, double step_voxels) 
   return result;
 }
 
+std::vector<glm::vec4> TransferFunction::integrated_table(int entries, double step_voxels) const {
+  // What lets nothing through would have an infinite depth.
+  constexpr double kClearest = 1e-6;
+  std::vector<glm::dvec4> depths;
+  for (int i = 0; i < entries; ++i) {
+    const double part = entries > 1 ? static_cast<double>(i) / (entries - 1) : 0.0;
+    glm::dvec4 entry = at(lowest() + part * (highest() - lowest()));
+    entry.a = -step_voxels * std::log(std::max(1.0 - entry.a, kClearest));
+    depths.push_back(entry);
+  }
+  std::vector<glm::vec4> result(depths.begin(), depths.end());
+  std::vector<glm::vec4> places;
+  glm::dvec4 sum(0.0);
+  double place = 0.0;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (i > 0) {
+      // Of products of two lines.
+      const auto product = [](auto a, double at_a, auto b, double at_b) {
+        return (a * at_a + b * at_b) / 3.0 + (a * at_b + b * at_a) / 6.0;
+      };
+      const glm::dvec4& a = depths[i - 1];
+      const glm::dvec4& b = depths[i];
+      sum += glm::dvec4(product(glm::dvec3(a), a.a, glm::dvec3(b), b.a), 0.5 * (a.a + b.a));
+      const auto end = static_cast<double>(i);
+      place += product(end - 1.0, a.a, end, b.a);
+    }
+    result.emplace_back(sum);
+    places.emplace_back(0.0, 0.0, 0.0, place);
+  }
+  result.insert(result.end(), places.begin(), places.end());
+  return result;
+}
+
 }  // namespace maille

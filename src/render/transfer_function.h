@@ -47,6 +47,14 @@ class TransferFunction {
   // distance of step_voxels: 1 - (1 - opacity)^step.
   std::vector<glm::vec4> table(int entries, double step_voxels) const;
 
+  // What a ray meets between two samples that lie step_voxels apart, whatever the function does
+  // between their values (Engel, Kraus, Ertl: High-quality pre-integrated volume rendering, 2001;
+  // here as integrals over one value, of which two are subtracted). 3 `entries` samples, spaced as
+  // table's: colour and optical depth of a step; from the first entry on, the integrals of depth
+  // times colour and of depth; and that of depth times where in the table it is. A unit is the way
+  // from one entry to the next.
+  std::vector<glm::vec4> integrated_table(int entries, double step_voxels) const;
+
   bool operator==(const TransferFunction&) const = default;
 
  private:

@@ -41,13 +41,6 @@ void for_each_in(glm::ivec3 lo, glm::ivec3 hi, F&& f) {
   }
 }
 
-// The voxels that samples in a block touch: the cell's corners, and one voxel further on each side
-// for central differences.
-VoxelBox reach_of(glm::ivec3 block, Size3 volume_size) {
-  const glm::ivec3 lo = block * kBlockEdge;
-  return {glm::max(lo - 1, glm::ivec3(0)), glm::min(lo + (kBlockEdge + 2), volume_size)};
-}
-
 }  // namespace
 
 Result<std::unique_ptr<VolumeTexture>> VolumeTexture::create(gpu::WorkQueue& queue, Size3 size,
@@ -109,6 +102,14 @@ void VolumeTexture::finish(StagedBrick staged) {
   finished_.push_back({std::move(staged), ranges});
 }
 
+// The voxels that samples in a block and its halo touch: the cells' corners, and one voxel further
+// on each side for central differences.
+VoxelBox VolumeTexture::reach_of(glm::ivec3 block) const {
+  const glm::ivec3 lo = (block - halo_blocks()) * kBlockEdge;
+  const glm::ivec3 hi = (block + 1 + halo_blocks()) * kBlockEdge;
+  return {glm::max(lo - 1, glm::ivec3(0)), glm::min(hi + 2, grid_.volume_size())};
+}
+
 bool VolumeTexture::is_visible(const ValueRange& range) const {
   if (!visibility_ || blank_ || range.empty()) return false;
   // Interpolated values stray from their range by rounding.
@@ -134,16 +135,16 @@ bool VolumeTexture::is_visible(const ValueRange& range) const {
          opaque_before_[static_cast<std::size_t>(from)];
 }
 
-Result<void> VolumeTexture::refresh(glm::ivec3 first, glm::ivec3 end) {
+Result<void> VolumeTexture::refresh(glm::ivec3 first, glm::ivec3 end, bool halo_grew) {
   const Size3 blocks = ranges_.blocks();
   std::vector<glm::ivec3> fresh;
   Result<void> result;
   for_each_in(glm::max(first, glm::ivec3(0)), glm::min(end, blocks), [&](glm::ivec3 block) {
     const bool now = is_visible(ranges_.range(block));
-    if (now == skip_grid_.shows(block)) return;
+    if (now == skip_grid_.shows(block) && !halo_grew) return;
     skip_grid_.set(block, now);
     if (now && result) {
-      result = image_->commit(texels(reach_of(block, grid_.volume_size())), fresh);
+      result = image_->commit(texels(reach_of(block)), fresh);
     }
   });
   // What a page holds is undefined until each brick in it has been uploaded anew.
@@ -159,12 +160,13 @@ Result<void> VolumeTexture::refresh(glm::ivec3 first, glm::ivec3 end) {
 }
 
 Result<void> VolumeTexture::set_visibility(const Visibility& visibility) {
+  const bool halo_grew = visibility.halo_blocks > halo_blocks();
   visibility_ = std::make_unique<Visibility>(visibility);
   opaque_before_.assign(1, 0);
   for (const glm::vec4& entry : visibility.transfer.table(shader::k_transfer_entries, 1.0)) {
     opaque_before_.push_back(opaque_before_.back() + (entry.a > 0.0f ? 1 : 0));
   }
-  if (auto done = refresh(glm::ivec3(0), ranges_.blocks()); !done) return done.error();
+  if (auto done = refresh(glm::ivec3(0), ranges_.blocks(), halo_grew); !done) return done.error();
   if (skip_grid_.update()) ++skip_version_;
   return trim();
 }
@@ -233,8 +235,7 @@ Result<void> VolumeTexture::trim() {
   std::vector<bool> needed(static_cast<std::size_t>(voxel_count(pages)), false);
   for_each_in(glm::ivec3(0), ranges_.blocks(), [&](glm::ivec3 block) {
     if (!skip_grid_.shows(block)) return;
-    const gpu::TexelBox touched =
-        image_->pages_touching(texels(reach_of(block, grid_.volume_size())));
+    const gpu::TexelBox touched = image_->pages_touching(texels(reach_of(block)));
     for_each_in(touched.lo, touched.hi, [&](glm::ivec3 page) {
       needed[static_cast<std::size_t>(linear_index(page, pages))] = true;
     });

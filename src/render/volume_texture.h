@@ -41,6 +41,7 @@ struct Visibility {
   RenderMode mode = RenderMode::composite;
   double iso_value = 0.0;
   TransferFunction transfer;
+  int halo_blocks = 0;  // so many around what shows something are looked at too
 };
 
 // Value = texel * scale + offset, texel as the sampler returns it.
@@ -100,6 +101,7 @@ class VolumeTexture {
   const SkipGrid& skip_grid() const { return skip_grid_; }
   std::uint64_t skip_version() const { return skip_version_; }
   Size3 blocks() const { return ranges_.blocks(); }
+  int halo_blocks() const { return visibility_ ? visibility_->halo_blocks : 0; }
 
   const gpu::Image3D& image() const { return *image_; }
   gpu::Footprint footprint() const { return image_->footprint(); }
@@ -116,8 +118,10 @@ class VolumeTexture {
 
   VolumeTexture() = default;
   bool is_visible(const ValueRange& range) const;
+  VoxelBox reach_of(glm::ivec3 block) const;
   // Looks at a range of blocks (cut off at the volume) again and commits the pages they need.
-  Result<void> refresh(glm::ivec3 first_block, glm::ivec3 end_block);
+  // All of them where halos have grown.
+  Result<void> refresh(glm::ivec3 first_block, glm::ivec3 end_block, bool halo_grew = false);
   Result<void> trim();
 
   BrickGrid grid_;

@@ -47,6 +47,7 @@ TEST(CommandLine, MeasureHasHelpForEachPage) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"measure"},
                                                 {"measure", "speed"},
                                                 {"measure", "error"},
+                                                {"measure", "frame"},
                                                 {"measure", "stability"}}) {
     auto with_help = words;
     with_help.push_back("--help");
@@ -64,7 +65,7 @@ TEST(CommandLine, MeasureRefusesBeforeItWorks) {
   expect_refused({"measure", "table1", "-o", out}, 2);
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"measure"}, {"measure", "table1", "-o", out}}) {
-    EXPECT_NE(run_maille(words).err.find("measure: expected one of speed, error, stability"),
+    EXPECT_NE(run_maille(words).err.find("measure: expected one of speed, error, frame, stability"),
               std::string::npos);
   }
   expect_refused({"measure", "speed"}, 2);

@@ -221,7 +221,8 @@ TEST(Scene, RefusalsNameFilePathAndExpectation) {
       {with(R"("transfer_function": {"points": []})"),
        "transfer_function.points: a transfer function needs a point"},
       {with(R"("render": {"mode": "slice"})"),
-       "render.mode: \"slice\" is not in this version's format yet (known: composite, iso, composite+iso, mip, average)"},
+       "render.mode: \"slice\" is not in this version's format yet (known: composite, iso, "
+       "composite+iso, mip, average)"},
       {with(R"("render": {"step_voxels": 0})"),
        "render.step_voxels: expected a number from 0.05 to 16, got 0"},
       {with(R"("render": {"background": [0, 0, 1.5]})"),

@@ -24,6 +24,7 @@ struct Case {
   double step;
   bool turned;  // anisotropic and rotated
   bool inside;  // the camera is within the volume
+  bool integrated = true;
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -44,7 +45,8 @@ TEST_P(Raycast, AgreesWithTheReference) {
   const RenderSettings settings{.mode = c.mode,
                                 .iso_value = in_type(c.type, 0.1),
                                 .step_voxels = c.step,
-                                .shading = c.shading};
+                                .shading = c.shading,
+                                .preintegration = c.integrated};
   show(*renderer, volume, transfer, settings);
   Camera camera = framing(size, world_from_voxel, kSize);
   camera = orbited(camera, kSize, {20, 9});
@@ -72,6 +74,13 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"composite", dense, VoxelType::int16, composite, true, 1.0, false, false},
         Case{"composite_flat", dense, VoxelType::int16, composite, false, 1.0, false, false},
         Case{"composite_fine", dense, VoxelType::int16, composite, true, 0.37, false, false},
+        Case{"composite_coarse", dense, VoxelType::int16, composite, true, 2.7, true, false},
+        Case{"composite_coarse_sparse", sparse, VoxelType::int16, composite, true, 9.5, true,
+             false},
+        Case{"composite_of_points", dense, VoxelType::int16, composite, true, 1.0, true, false,
+             false},
+        Case{"composite_of_points_sparse", sparse, VoxelType::int16, composite, true, 0.7, true,
+             false, false},
         Case{"composite_turned", dense, VoxelType::int16, composite, true, 1.0, true, false},
         Case{"composite_inside", dense, VoxelType::int16, composite, true, 1.0, true, true},
         Case{"composite_uint8", dense, VoxelType::uint8, composite, true, 1.0, true, false},
@@ -154,6 +163,39 @@ TEST_F(RaycastTest, SkippingChangesNoBit) {
         EXPECT_EQ(skipped.rgba, draw(*renderer, camera, kSize).rgba)
             << "mode " << static_cast<int>(mode) << " step " << step;
       }
+    }
+  }
+}
+
+// What shows lies between what does not on both sides, and is thinner than a step: none of the
+// samples may see it, and what lies between them counts all the same.
+TEST_F(RaycastTest, SkippingChangesNoBitOfThinShells) {
+  MAILLE_OPEN(renderer, gpu::Store::dense);
+  const Volume volume = analytic({90, 80, 70}, VoxelType::int16, axis_aligned({1, 1, 1}),
+                                 ball({44, 41, 36}, 27, 1.2));
+  const auto at = [&](double unit) { return in_type(VoxelType::int16, unit); };
+  const glm::dvec3 red(0.9, 0.4, 0.3);
+  const auto shell = TransferFunction::of({{at(-1), red, 0.0},
+                                           {at(-0.3), red, 0.0},
+                                           {at(0), red, 0.5},
+                                           {at(0.3), red, 0.0},
+                                           {at(1), red, 0.0}});
+  ASSERT_TRUE(shell);
+  for (const RenderMode mode : {composite, composite_with_iso}) {
+    for (const double step : {0.6, 2.3, 7.9, 15.0}) {
+      RenderSettings settings{.mode = mode, .iso_value = at(0.9), .step_voxels = step};
+      settings.shading = false;
+      show(*renderer, volume, *shell, settings);
+      const Camera camera =
+          orbited(framing(volume.size(), volume.world_from_voxel(), kSize), kSize, {7, 5});
+      const Picture skipped = draw(*renderer, camera, kSize);
+      settings.skip_empty = false;
+      ASSERT_TRUE(renderer->set_settings(settings));
+      const Picture all = draw(*renderer, camera, kSize);
+      EXPECT_EQ(skipped.rgba, all.rgba) << "step " << step;
+      // It is seen: through each wall about as much, however coarse the step.
+      const Picture expected = reference::picture(volume, *shell, settings, camera, kSize);
+      EXPECT_LE(difference(all, expected, kTolerance).share_above, kShare) << "step " << step;
     }
   }
 }

@@ -102,6 +102,30 @@ inline double brightness(const Volume& volume, const TransferFunction& transfer,
   return 1.0 + weight * (lit - 1.0);
 }
 
+// Colour and opacity of the way between two samples: every value on it, one after the other. And
+// where on it what absorbs is, in the mean.
+struct Way {
+  glm::dvec4 color{0.0};
+  double middle = 0.5;
+};
+
+inline Way on_the_way(const TransferFunction& transfer, double from, double to,
+                      double step_voxels) {
+  constexpr int kParts = 400;
+  glm::dvec3 colored(0.0);
+  double depth = 0.0;
+  double middle = 0.0;
+  for (int i = 0; i < kParts; ++i) {
+    const glm::dvec4 entry = transfer.at(from + (i + 0.5) / kParts * (to - from));
+    const double part = -step_voxels * std::log(std::max(1.0 - entry.a, 1e-6)) / kParts;
+    depth += part;
+    colored += part * glm::dvec3(entry);
+    middle += part * (i + 0.5) / kParts;
+  }
+  if (depth == 0.0) return {};
+  return {{colored / depth, 1.0 - std::exp(-depth)}, middle / depth};
+}
+
 inline glm::dvec3 color(const Volume& volume, const TransferFunction& transfer,
                         const RenderSettings& settings, const Ray& ray) {
   const March m = march(volume, ray);
@@ -119,6 +143,7 @@ inline glm::dvec3 color(const Volume& volume, const TransferFunction& transfer,
   double highest = transfer.lowest();
   double above = 0.0;
   int counted = 0;
+  double before = 0.0;
   for (int n = 0; n * settings.step_voxels <= m.length; ++n) {
     const glm::dvec3 voxel = m.entry + m.direction * (n * settings.step_voxels);
     const double value = value_at(volume, voxel);
@@ -132,10 +157,14 @@ inline glm::dvec3 color(const Volume& volume, const TransferFunction& transfer,
       above += value - transfer.lowest();
       ++counted;
     }
-    const glm::dvec4 sample = transfer.at(value);
-    const double opacity = 1.0 - std::pow(1.0 - sample.a, settings.step_voxels);
+    const double from = settings.preintegration && n > 0 ? before : value;
+    before = value;
+    const auto [sample, middle] = on_the_way(transfer, from, value, settings.step_voxels);
+    const double opacity = sample.a;
     if (opacity == 0.0) continue;
-    const double light = settings.shading ? brightness(volume, transfer, voxel, ray) : 1.0;
+    const double back = settings.preintegration && n > 0 ? 1.0 - middle : 0.0;
+    const glm::dvec3 lit = voxel - m.direction * (back * settings.step_voxels);
+    const double light = settings.shading ? brightness(volume, transfer, lit, ray) : 1.0;
     sum += glm::dvec3(sample) * light * opacity * clear;
     clear *= 1.0 - opacity;
   }

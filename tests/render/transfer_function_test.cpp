@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
 namespace maille {
@@ -68,6 +70,40 @@ TEST(TransferFunction, RelativeFitsTheRange) {
   EXPECT_EQ(t->lowest(), 20);
   EXPECT_EQ(t->highest(), 220);
   EXPECT_TRUE(TransferFunction::preset("relative", 5, 5));  // a volume of one value
+}
+
+TEST(TransferFunction, IntegralsAreThoseOfDepthAndOfDepthTimesColour) {
+  const auto t = TransferFunction::of(
+      {{0, {1, 0, 0.5}, 0.0}, {10, {0, 1, 0.5}, 0.6}, {30, {0, 0, 1}, 0.6}, {31, {1, 1, 1}, 1.0}});
+  ASSERT_TRUE(t);
+  constexpr int kEntries = 311;  // a tenth of a unit apart
+  constexpr double kStep = 1.7;
+  const auto table = t->integrated_table(kEntries, kStep);
+  ASSERT_EQ(table.size(), 3u * kEntries);
+  EXPECT_FLOAT_EQ(table[200].a, static_cast<float>(-kStep * std::log(0.4)));
+  EXPECT_LT(table[kEntries - 1].a, 1e3f) << "what lets nothing through has a depth all the same";
+  // Between any two entries, by a sum over what lies between them.
+  for (const auto& [from, to] : {std::pair(0, 90), std::pair(40, 200), std::pair(120, 290)}) {
+    const glm::dvec4 got(table[std::size_t(kEntries + to)] - table[std::size_t(kEntries + from)]);
+    glm::dvec4 sum(0.0);
+    double place = 0.0;
+    constexpr int kParts = 100'000;
+    for (int i = 0; i < kParts; ++i) {
+      const double value = 0.1 * (from + (i + 0.5) / kParts * (to - from));
+      const glm::dvec4 entry = t->at(value);
+      const double depth = -kStep * std::log(1.0 - entry.a) * (to - from) / kParts;
+      sum += glm::dvec4(glm::dvec3(entry) * depth, depth);
+      place += 10.0 * value * depth;
+    }
+    const auto of_places = [&](int i) { return double{table[std::size_t(2 * kEntries + i)].a}; };
+    EXPECT_NEAR(of_places(to) - of_places(from), place, 2e-4 * place) << from << ".." << to;
+    for (int c = 0; c < 4; ++c) EXPECT_NEAR(got[c], sum[c], 2e-4 * sum.a) << from << ".." << to;
+  }
+  // Where nothing absorbs, integrals stay what they are, to the bit.
+  const auto gap =
+      TransferFunction::of({{0, {1, 1, 1}, 0.3}, {1, {1, 1, 1}, 0}, {9, {0, 1, 1}, 0}});
+  const auto flat = gap->integrated_table(91, 1.0);
+  for (std::size_t i = 91 + 11; i < 2 * 91; ++i) EXPECT_EQ(flat[i], flat[91 + 10]);
 }
 
 }  // namespace
