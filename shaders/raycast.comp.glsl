@@ -141,6 +141,8 @@ vec3 mean_value(Walk walk) {
 }
 
 void main() {
+  // Rays that are worked on together, eight or more in a row, lie 4 x 2 pixels: nearer to each other
+  // than 8 x 1, they end together.
   int lane = int(gl_LocalInvocationIndex);
   ivec2 in_group = ivec2((lane >> 1 & 4) + (lane & 3), (lane >> 3 & 6) + (lane >> 2 & 1));
   ivec2 pixel = ivec2(gl_WorkGroupID.xy) * k_group_edge + in_group;

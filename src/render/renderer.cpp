@@ -152,7 +152,10 @@ Result<void> Renderer::set_settings(const RenderSettings& settings) {
   State& s = *state_;
   const RenderSettings before = s.settings;
   s.settings = settings;
-  if (settings == before) return {};
+  const bool same_steps = settings.step_voxels == before.step_voxels &&
+                          settings.preintegration == before.preintegration;
+  const bool same_mode = settings.mode == before.mode && settings.iso_value == before.iso_value;
+  if (same_steps && same_mode) return {};
   s.rebuild_table();
   return s.show_what_is_visible();
 }

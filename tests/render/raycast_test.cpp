@@ -270,6 +270,41 @@ TEST_P(RaycastStores, ATransferFunctionEditShowsWhatAFreshStartShows) {
   EXPECT_EQ(draw(*edited, camera, kSize).rgba, halo_picture.rgba);
 }
 
+// A coarser step looks further around what shows, another mode at other blocks.
+TEST_P(RaycastStores, EditedSettingsShowWhatAFreshStartShows) {
+  MAILLE_OPEN(edited, GetParam());
+  MAILLE_OPEN(fresh, gpu::Store::dense);
+  const Volume volume = three_balls();
+  const VoxelType type = volume.type();
+  const TransferFunction transfer = soft_transfer(type);
+  const Camera camera = framing(volume.size(), volume.world_from_voxel(), kSize);
+  RenderSettings settings{.mode = composite, .iso_value = in_type(type, 0.2)};
+  settings.preintegration = false;
+  show(*edited, volume, transfer, settings);
+  const auto expect_same = [&](const char* what) {
+    SCOPED_TRACE(what);
+    ASSERT_TRUE(edited->set_settings(settings));
+    stream(*edited, volume, edited->bricks_wanted());
+    show(*fresh, volume, transfer, settings);
+    EXPECT_EQ(draw(*edited, camera, kSize).rgba, draw(*fresh, camera, kSize).rgba);
+  };
+  expect_same("as it was");
+  settings.preintegration = true;
+  expect_same("pre-integrated");
+  settings.step_voxels = 11.0;
+  expect_same("coarse");
+  settings.mode = average;
+  expect_same("average");
+  settings.mode = composite_with_iso;
+  settings.step_voxels = 2.0;
+  expect_same("with a surface");
+  settings.shading = false;
+  settings.background = {0.5, 0.2, 0.1};
+  expect_same("flat");
+  settings.mode = iso;
+  expect_same("a surface alone");
+}
+
 TEST_P(RaycastStores, AMovedObjectLooksAsIfItHadAlwaysBeenThere) {
   MAILLE_OPEN(moving, GetParam());
   MAILLE_OPEN(fresh, GetParam());
