@@ -135,7 +135,9 @@ template <int kQuads>
                                                     NearestSearch::Found* found) {
   using F = Floats<kQuads>;
   using I = Ints<kQuads>;
-  const auto each = [](glm::vec3 v) { return all<kQuads>(v.x, v.y, v.z); };
+  const auto each = [](glm::vec3 v) __attribute__((always_inline)) {
+    return all<kQuads>(v.x, v.y, v.z);
+  };
   const F last = each(corners.last);
   const F last_cell = each(corners.last_cell);
   const F spacing = each(corners.spacing_mm);
