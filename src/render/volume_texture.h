@@ -15,8 +15,9 @@
 //
 // What is seen is decided here per 8^3 block, from the value ranges that finish() took and from
 // what the picture asks for (Visibility). The sparse store keeps pages only for visible blocks and
-// as far around them as interpolation and gradients reach (two voxels). So a brick can be missing:
-// bricks_wanted() says which ones the next picture needs; Renderer::stream asks until none is.
+// as far around them as interpolation and gradients reach (two voxels), and around their halo where
+// a picture looks at that too. So a brick can be missing: bricks_wanted() says which ones the next
+// picture needs; Renderer::stream asks until none is.
 #pragma once
 
 #include <memory>

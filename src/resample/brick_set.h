@@ -9,6 +9,19 @@
 
 namespace maille {
 
+// Calls f(brick) for all bricks that hold one of the voxels, by rising index.
+template <class F>
+void for_each_brick_over(const VoxelBox& voxels, F&& f) {
+  if (voxels.empty()) return;
+  const BrickIndex lo = BrickGrid::brick_of(voxels.lo);
+  const BrickIndex hi = BrickGrid::brick_of(voxels.hi - 1);
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x; ++x) f(BrickIndex(x, y, z));
+    }
+  }
+}
+
 class BrickSet {
  public:
   explicit BrickSet(const BrickGrid& grid)
@@ -19,15 +32,7 @@ class BrickSet {
   }
   // All bricks that hold one of the voxels (a box in the volume, or empty).
   void add_over(const VoxelBox& voxels) {
-    if (voxels.empty()) return;
-    const BrickIndex lo = BrickGrid::brick_of(voxels.lo);
-    const BrickIndex hi = BrickGrid::brick_of(voxels.hi - 1);
-    for (int z = lo.z; z <= hi.z; ++z) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        const std::int64_t row = grid_.linear({0, y, z});
-        for (int x = lo.x; x <= hi.x; ++x) add(row + x);
-      }
-    }
+    for_each_brick_over(voxels, [&](BrickIndex brick) { add(grid_.linear(brick)); });
   }
   bool contains(std::int64_t brick) const {
     return ((words_[static_cast<std::size_t>(brick >> 6)] >> (brick & 63)) & 1) != 0;

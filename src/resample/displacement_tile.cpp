@@ -56,26 +56,6 @@ void write_out(const std::int32_t (&u)[3][kBrickEdge], glm::ivec3 common, int co
   }
 }
 
-// max_c (spread w)_c / w_c bounds how much the spread can lengthen a vector in the norm
-// max_c |v_c| / w_c; it is least for the spread's eigenvector of no negative component.
-double contraction_of(const glm::dmat3& spread) {
-  constexpr int kSteps = 6;
-  // No component is taken for more than so many times another, or what is near in this norm would
-  // not be near.
-  constexpr double kLeast = 1.0 / 16;
-  glm::dvec3 weight(1.0);
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kSteps; ++i) {
-    const glm::dvec3 lengthened = spread * weight;
-    const glm::dvec3 by = lengthened / weight;
-    least = std::min(least, std::max({by.x, by.y, by.z}));
-    const double largest = std::max({lengthened.x, lengthened.y, lengthened.z});
-    if (!(largest > 0.0) || !std::isfinite(largest)) break;
-    weight = glm::max(lengthened / largest, glm::dvec3(kLeast));
-  }
-  return least;
-}
-
 }  // namespace
 
 void DisplacementTile::fill(const Lattice& lattice, const VoxelBox& elements) {
@@ -153,7 +133,7 @@ DisplacementTile::Injection DisplacementTile::injection_of(const EdgeBounds& edg
   constexpr double kFlat = 1e-6;
   if (!(std::abs(glm::determinant(middle)) > kFlat)) {
     Injection none;
-    none.share = none.contraction = std::numeric_limits<double>::infinity();
+    none.share = std::numeric_limits<double>::infinity();
     return none;
   }
   const glm::dmat3 inverse = glm::inverse(middle);
@@ -161,7 +141,6 @@ DisplacementTile::Injection DisplacementTile::injection_of(const EdgeBounds& edg
   Injection injection;
   injection.inverse = glm::mat3(inverse);
   injection.spread = sizes * away;
-  injection.contraction = contraction_of(injection.spread);
   for (int c = 0; c < 3; ++c) {
     const double sum = injection.spread[0][c] + injection.spread[1][c] + injection.spread[2][c];
     injection.share = std::max(injection.share, sum);
@@ -170,6 +149,27 @@ DisplacementTile::Injection DisplacementTile::injection_of(const EdgeBounds& edg
     injection.largest_cell_voxels[c] = static_cast<float>(extent);
   }
   return injection;
+}
+
+// max_c (spread w)_c / w_c bounds how much the spread can lengthen a vector in the norm
+// max_c |v_c| / w_c; it is least for the spread's eigenvector of no negative component.
+double DisplacementTile::Injection::contraction() const {
+  if (!std::isfinite(share)) return share;
+  constexpr int kSteps = 6;
+  // No component is taken for more than so many times another, or what is near in this norm would
+  // not be near.
+  constexpr double kLeast = 1.0 / 16;
+  glm::dvec3 weight(1.0);
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kSteps; ++i) {
+    const glm::dvec3 lengthened = spread * weight;
+    const glm::dvec3 by = lengthened / weight;
+    least = std::min(least, std::max({by.x, by.y, by.z}));
+    const double largest = std::max({lengthened.x, lengthened.y, lengthened.z});
+    if (!(largest > 0.0) || !std::isfinite(largest)) break;
+    weight = glm::max(lengthened / largest, glm::dvec3(kLeast));
+  }
+  return least;
 }
 
 }  // namespace maille

@@ -55,12 +55,13 @@ class DisplacementTile {
     // |inverse (x(X) - x(Y)) - (X - Y)| <= spread |X - Y|, component by component; its rows' sums
     // are at most the share.
     glm::dmat3 spread{0.0};
+    glm::vec3 largest_cell_voxels{1};  // no cell's bounds are larger
+
     // The share in the best of norms that take some components for more than others (at least the
     // spread's spectral radius, and near to it): below 1 no two points of the tile come to lie on
     // one another, and x <- x + inverse (target - x(X)) comes nearer to the one answer by that
     // share each time.
-    double contraction = 0.0;
-    glm::vec3 largest_cell_voxels{1};  // no cell's bounds are larger
+    double contraction() const;
   };
   Injection injection(bool with_beyond) const;
   // Of a box of cells whose edges are within these bounds.

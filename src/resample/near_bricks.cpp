@@ -14,18 +14,6 @@ glm::ivec3 half_diagonal_voxels(glm::ivec3 spread, glm::dvec3 spacing_mm) {
   return glm::ivec3(glm::ceil(0.5 * glm::length(cell_mm) / spacing_mm)) + 1;
 }
 
-template <class F>
-void for_each_brick_over(const VoxelBox& voxels, F&& f) {
-  if (voxels.empty()) return;
-  const BrickIndex lo = BrickGrid::brick_of(voxels.lo);
-  const BrickIndex hi = BrickGrid::brick_of(voxels.hi - 1);
-  for (int z = lo.z; z <= hi.z; ++z) {
-    for (int y = lo.y; y <= hi.y; ++y) {
-      for (int x = lo.x; x <= hi.x; ++x) f(BrickIndex(x, y, z));
-    }
-  }
-}
-
 }  // namespace
 
 NearBricks::NearBricks(const Lattice& lattice, glm::dvec3 spacing_mm, const VoxelBox& extent)

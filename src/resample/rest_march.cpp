@@ -250,7 +250,7 @@ std::optional<RestMarch> march_through(const Sight& sight, const VoxelBox& voxel
   const bool at_border = glm::any(glm::equal(elements.lo, VoxelIndex(0))) ||
                          glm::any(glm::equal(elements.hi, VoxelIndex(volume.size())));
   const auto injection = tile.injection(at_border);
-  if (!(injection.contraction < kSurely)) return std::nullopt;
+  if (!(injection.contraction() < kSurely)) return std::nullopt;
   return RestMarch(tile, injection, voxels, volume.cell_map);
 }
 

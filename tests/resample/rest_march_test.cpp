@@ -162,10 +162,10 @@ TEST(DisplacementTile, SaysThatAFoldIsOne) {
   tile.fill(
       lattice_from(kSize, [](glm::dvec3 x) { return glm::dvec3(x.x > 9 ? -2.0 : 0.0, 0, 0); }),
       {VoxelIndex(0), kSize});
-  EXPECT_GE(tile.injection(false).contraction, 1.0);
+  EXPECT_GE(tile.injection(false).contraction(), 1.0);
   tile.fill(lattice_from(kSize, [](glm::dvec3 x) { return glm::dvec3(-x.x, 0, 0); }),
             {VoxelIndex(0), kSize});
-  EXPECT_FALSE(tile.injection(false).contraction < 1.0) << "flat";
+  EXPECT_FALSE(tile.injection(false).contraction() < 1.0) << "flat";
 }
 
 // Of all of a march's voxels, from its first row on.
@@ -196,7 +196,7 @@ TEST_P(RestMarchOf, EveryAnswerIsThePointThatNowLiesThere) {
       DisplacementTile tile;
       tile.fill(lattice, {VoxelIndex(0), kSize});
       const auto injection = tile.injection(true);
-      if (!(injection.contraction < 0.98)) continue;
+      if (!(injection.contraction() < 0.98)) continue;
       ++marches;
       const VoxelBox voxels{VoxelIndex(-3, -2, -4), kSize + 3};
       RestMarch march(tile, injection, voxels, GetParam());
@@ -217,7 +217,7 @@ TEST_P(RestMarchOf, NoLessWhereOneAxisBringsMoreThanTheOthers) {
   tile.fill(lattice, {VoxelIndex(0), kSize});
   const auto injection = tile.injection(true);
   EXPECT_GT(injection.share, 1.0);
-  ASSERT_LT(injection.contraction, 0.98);
+  ASSERT_LT(injection.contraction(), 0.98);
   const VoxelBox voxels{VoxelIndex(-2), kSize + 2};
   RestMarch march(tile, injection, voxels, GetParam());
   expect_answers(lattice, march, voxels, GetParam());
@@ -229,7 +229,7 @@ TEST_P(RestMarchOf, NoLessNearAMillionVoxelsFromRest) {
   DisplacementTile tile;
   tile.fill(lattice, {VoxelIndex(0), kSize});
   const auto injection = tile.injection(false);
-  ASSERT_LT(injection.contraction, 0.98);
+  ASSERT_LT(injection.contraction(), 0.98);
   const VoxelBox voxels{shift + 3, shift + kSize - 3};
   RestMarch march(tile, injection, voxels, GetParam());
   for (int z = voxels.lo.z; z < voxels.hi.z; ++z) {
@@ -274,7 +274,7 @@ TEST_P(RestMarchOf, ThinVolumesToo) {
     DisplacementTile tile;
     tile.fill(lattice, {VoxelIndex(0), size});
     const auto injection = tile.injection(true);
-    ASSERT_LT(injection.contraction, 0.98);
+    ASSERT_LT(injection.contraction(), 0.98);
     RestMarch march(tile, injection, {VoxelIndex(0), size}, GetParam());
     for (int z = 0; z < size.z; ++z) {
       for (int y = 0; y < size.y; ++y) {
